@@ -8,7 +8,7 @@ use anyhow::Context;
 
 use crate::runner::{Runner, Step};
 
-/// Files of `browser/`: they run from a folder of their own, beside the packages that they need.
+/// Files of `browser/`: they run from a separate folder, next to the packages that they need.
 const FILES: [&str; 17] = [
     "package.json",
     "package-lock.json",
@@ -60,7 +60,7 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
         runner.skip("browser tests", "no Chromium is installed here");
         return Ok(());
     }
-    // The Rust suite leaves the program behind: a build of its own would have other features.
+    // The Rust suite leaves the program behind: a separate build would have other features.
     let build = "cargo test --workspace --locked --no-run";
     let options = ["--test", "--test-concurrency=1"];
     node(runner, &place, (build, "debug"), (&options, &TESTS))
@@ -99,7 +99,7 @@ fn node(
     let program = runner.target().join(folder).join("acerra");
     let program = program.display().to_string();
     let shots = runner.target().join("browser-shots").display().to_string();
-    // The first script makes the demonstration's runs, all others look at the same.
+    // The first script makes the demonstration's runs, which all others use.
     let demo = runner.target().join("browser-demo");
     if demo.exists() {
         fs::remove_dir_all(&demo).with_context(|| demo.display().to_string())?;
@@ -112,7 +112,8 @@ fn node(
     )
 }
 
-/// The folder of `browser/`'s files and packages; none, with the reason said, where they cannot be had.
+/// The folder of `browser/`'s files and packages; none, with a message of the reason, where they are not
+/// available.
 fn packages(runner: &Runner) -> anyhow::Result<Option<PathBuf>> {
     if !runner.succeeds(&["node", "--version"]) || !runner.succeeds(&["npm", "--version"]) {
         runner.skip("browser tests", "node and npm are not installed here");

@@ -10,21 +10,21 @@ use crate::runner::{Runner, Step};
 /// Where the package stands.
 const PACKAGE: &str = "crates/acerra-python";
 
-/// What its tests need beside itself.
+/// Packages that its tests need in addition.
 const PACKAGES: &str = "maturin numpy xarray pandas scipy matplotlib pylops pytest hypothesis mypy \
                         pandas-stubs scipy-stubs types-tqdm h5py segyio scikit-rf dask[distributed] zarr moto[server] obstore \
                         nbclient nbformat ipykernel netCDF4 h5netcdf \
                         h5py tqdm joblib pyproj rioxarray";
 
-/// Builds the wheel, installs it into an environment of its own, and runs types and tests; where that
-/// cannot be had, it is said and skipped.
+/// Builds the wheel, installs it into a separate environment, and runs types and tests; where no environment
+/// is available, a message says so and the step is skipped.
 pub fn test(runner: &Runner) -> anyhow::Result<()> {
     let Some(python) = environment(runner) else {
         return Ok(());
     };
     let python = python.display().to_string();
     let wheels = runner.target().join("wheels");
-    // Of an older build nothing shall be found.
+    // No file of an older build may be found.
     let _ = std::fs::remove_dir_all(&wheels);
     let wheels_text = wheels.display().to_string();
     let manifest = format!("{PACKAGE}/Cargo.toml");
@@ -64,11 +64,11 @@ pub fn test(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("types and tests of the package", &tests).with("ACERRA_BINARY", program))
 }
 
-/// The guide's first script in an environment that holds the wheel and its dependencies alone, and what
-/// other programs read of its files.
+/// The guide's first script in an environment with only the wheel and its dependencies, and reading of its
+/// files by other programs.
 fn stranger(runner: &Runner, wheels: &Path) -> anyhow::Result<()> {
     let environment = runner.target().join("stranger");
-    // Of an older wheel nothing shall be found.
+    // No file of an older wheel may be found.
     let _ = std::fs::remove_dir_all(&environment);
     let wheel = std::fs::read_dir(wheels)?
         .flatten()
@@ -103,8 +103,8 @@ fn stranger(runner: &Runner, wheels: &Path) -> anyhow::Result<()> {
     runner.run(&Step::new("a stranger's script", &run).within(folder))
 }
 
-/// The interpreter of an environment with all packages; none, with the reason said, where it cannot be
-/// had.
+/// The interpreter of an environment with all packages; none, with a message of the reason, where it is not
+/// available.
 fn environment(runner: &Runner) -> Option<PathBuf> {
     let is_new_enough = "import sys, venv; sys.exit(sys.version_info < (3, 10))";
     if !runner.succeeds(&["python3", "-c", is_new_enough]) {

@@ -1,4 +1,4 @@
-//! What a release publishes: every crate as crates.io takes it.
+//! Content of a release: every crate as crates.io accepts it.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ const MOST_BYTES: u64 = 10_000_000;
 
 /// Packages every crate that is published, in the order of their dependencies, and measures it.
 ///
-/// Nothing is compiled again: the tests have compiled the same files. A dependency without a version, a
-/// missing readme or a file beyond the crate that its manifest names fails here.
+/// No compilation: the tests have compiled the same files. A dependency without a version, a missing readme
+/// or a file outside the crate that its manifest names fails here.
 pub fn package(runner: &Runner) -> anyhow::Result<()> {
     let folder = runner.target().join("package");
     // Crates of an older version are not measured.

@@ -73,8 +73,8 @@ impl Runner {
         Ok(())
     }
 
-    /// Runs a step whose output is shown whole at its end, since others run beside it; its failure is an
-    /// error.
+    /// Runs a step whose output is shown whole at its end, since other steps run in parallel; its failure is
+    /// an error.
     pub fn run_quietly(&self, step: &Step<'_>) -> anyhow::Result<()> {
         let start = Instant::now();
         let output = self.command(step)?.output();

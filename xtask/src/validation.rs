@@ -11,14 +11,14 @@ use crate::runner::{Runner, Step, TEST};
 /// How the name of a slow check begins.
 const MARK: &str = "fn validation_";
 
-/// The programs that take longest: started first, so that none of them runs alone at the end.
+/// The programs that run longest: started first, so that none of them runs alone at the end.
 const LONGEST: [&str; 4] = ["calibrate", "validation_book", "demo", "hostile"];
 
 /// Programs that run at once: most leave a part of two processors idle.
 const AT_ONCE: usize = 2;
 
-/// Runs every test whose name begins with `validation_`, as the suite builds them: its profile optimises
-/// whatever takes time, so that nothing is built twice. Only the programs that hold one are run.
+/// Runs every test whose name begins with `validation_`, as the suite builds them: its profile optimises slow
+/// code, so that no crate is built twice. Only the programs with such a test are run.
 pub fn run(runner: &Runner) -> anyhow::Result<()> {
     let programs = programs(&runner.root)?;
     ensure!(!programs.is_empty(), "no test begins with `{MARK}`");

@@ -1,4 +1,4 @@
-//! What an estimate amounts to: whether its correction is applied, and what is reported of it.
+//! Decision of an estimate: whether its correction is applied, and the report on it.
 
 use acerra_imaging::Pulses;
 use nalgebra::{Matrix3, Vector3};
@@ -10,14 +10,14 @@ use crate::outcome::{Autofocused, Decision, GlobalFound, PointFound};
 use crate::prior::PositionPrior;
 use crate::significance::{Gains, LEAST_TO_FOLD};
 
-/// Gain below which a correction is not worth a change of the positions (dB).
+/// Gain below which a correction is not applied (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
 /// Loss of a point by a correction from which it counts as worse (dB): below it the clutter about the point decides.
 const WORSE_DB: f64 = 0.1;
-/// When a correction is believed.
+/// Criteria of a correction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
-    /// Standard errors by which the mean gain of points left out exceeds zero.
+    /// Least mean gain of points left out, in standard errors above zero.
     pub significance: f64,
     /// Greatest rms correction in prior deviations.
     pub most_sigmas: f64,
@@ -48,7 +48,7 @@ pub(crate) fn unchanged(
     }
 }
 
-/// What a maximum and the gains of points left out amount to.
+/// The decision by a maximum and the gains of points left out.
 pub(crate) fn outcome(
     pulses: &Pulses,
     problem: &Problem,
@@ -76,7 +76,7 @@ pub(crate) fn outcome(
     let decision = if sigmas.max(farthest) > limits.most_sigmas {
         Decision::AgainstPrior
     } else if model.places.len() < LEAST_TO_FOLD {
-        // It cannot be left out, and nothing else shows whether the correction is the track's.
+        // The point cannot be left out, and no other test shows whether the correction is the track's.
         Decision::LonePoint
     } else if !significant {
         Decision::NotSignificant

@@ -72,7 +72,7 @@ pub(crate) fn separate(
         return nothing();
     };
     let captured = value.dotc(&amplitude).re;
-    // ∂E/∂R of a point is −jκ' S e^{−jκ'R} times its amplitude; what the amplitudes can take up is
+    // ∂E/∂R of a point is −jκ' S e^{−jκ'R} times its amplitude; the part that the amplitudes absorb is
     // projected out.
     let rest = (&moment - &first * &amplitude) * Complex64::I;
     let taken = &root * &first;

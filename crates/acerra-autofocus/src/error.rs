@@ -24,7 +24,7 @@ pub enum AutofocusError {
         what: &'static str,
         /// Index of the first such value.
         index: usize,
-        /// What is allowed, in words.
+        /// The valid range, in words.
         expected: &'static str,
         /// Value found.
         found: f64,

@@ -1,4 +1,4 @@
-//! The way from data to corrected positions.
+//! The estimation, from data to corrected positions.
 
 use std::ops::Range;
 
@@ -25,13 +25,13 @@ use crate::template::{Template, mean_amplitudes};
 pub struct AutofocusOptions {
     /// Most points that are used; 24 by default.
     pub most_points: usize,
-    /// Standard errors by which the mean gain of points left out must exceed zero; 2 by default.
+    /// Least mean gain of points left out, in standard errors; 2 by default.
     pub significance: f64,
     /// Rms correction, in prior deviations, beyond which the echoes are not attributed to fixed points; 4 by
     /// default.
     pub most_sigmas: f64,
-    /// Parts of the flight, in order, whose images are summed by power: a point has a phase of its own in
-    /// each, and gains are measured on the sum. Empty for one image of all pulses, the default.
+    /// Parts of the flight, in order, whose images are summed by power: a point has a separate phase in each
+    /// part, and gains are measured on the sum. Empty for one image of all pulses, the default.
     pub coherent_parts: Vec<Range<usize>>,
 }
 
@@ -48,8 +48,8 @@ impl Default for AutofocusOptions {
 
 /// Estimates the positions' errors from the echoes of prominent points on `grid`.
 ///
-/// `grid` is where points are looked for; pixels of half the finest resolution do. The frequencies
-/// must be evenly spaced.
+/// `grid` is the search area of points; pixels of half the finest resolution suffice. The frequencies must be
+/// evenly spaced.
 ///
 /// # Errors
 /// Frequencies that are not even, a prior that does not fit the pulses or is no covariance, pixels

@@ -21,12 +21,12 @@ use crate::template::Template;
 
 /// Solutions with new weights within one step.
 const WEIGHINGS: usize = 3;
-/// Most steps of one stage, and where globals make its valley long and bent.
+/// Most steps of one stage, and most where globals make the objective's valley long and bent.
 const STEPS: usize = 12;
 const STEPS_WITH_GLOBALS: usize = 25;
 /// Shares of a step that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
-/// Deviation of a change of place: about what a point may be off where it was found (m).
+/// Deviation of a change of place: the error of a point where it was found (m).
 const NEAR_M: f64 = 0.5;
 /// Deviation of a change of place for a point that may lie anywhere in an image (m).
 const ANYWHERE_M: f64 = 30.0;
@@ -64,7 +64,7 @@ pub(crate) struct Seen {
     pub histories: Histories,
 }
 
-/// A maximum with what surrounds it.
+/// A maximum with its surroundings.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     pub model: Model,
@@ -160,9 +160,9 @@ impl<'a> Problem<'a> {
         Ok(self.surroundings(model, &seen, stage, guides))
     }
 
-    /// Deviations of changes of place that steps are tried with, m. Nothing is known of the places beforehand,
-    /// and globals are only as free as the places are; small deviations keep points from diverging along
-    /// directions that their echoes do not constrain.
+    /// Deviations of changes of place in trial steps, m. The places have no prior, and globals are only as
+    /// free as the places are; small deviations keep points from diverging along directions that their echoes
+    /// do not constrain.
     pub fn place_sigmas_m(&self) -> &'static [f64] {
         match self.globals {
             [] => &[NEAR_M],
@@ -171,7 +171,7 @@ impl<'a> Problem<'a> {
     }
 
     /// A better model with its points' echoes and its gain of the objective; none where no share of the step
-    /// gains.
+    /// improves it.
     fn step(
         &self,
         model: &Model,
@@ -191,9 +191,9 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// The model a share of a linear step away, on the curve along which its points' ranges change as the linear
-    /// step has them: a plane that rises moves all points on it sideways, the more the nearer they are below.
-    /// Points that are no guides keep the ranges that their own steps give them.
+    /// The model after a share of a linear step, on the curve along which its points' ranges change as in the
+    /// linear step: a rising plane moves all points on it sideways, more for points more nearly below. Points
+    /// that are no guides keep the ranges of their own steps.
     fn part_of_step(&self, model: &Model, target: &Model, guides: &[bool], share: f64) -> Model {
         let straight = model.towards(target, share);
         if self.globals.is_empty() {
@@ -277,7 +277,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Median over the points of how much larger residual variances are than noise makes them.
+/// Median over the points of the ratio of residual variances to those by noise.
 fn typical(rows: &Rows, stage: Stage) -> f64 {
     let kind = usize::from(stage == Stage::Envelope);
     let mut scales: Vec<f64> = rows.scale.iter().map(|s| s[kind]).collect();

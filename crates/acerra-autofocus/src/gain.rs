@@ -9,7 +9,7 @@ use crate::ground::PixelPlace;
 use crate::model::Model;
 use crate::ranging::Ranging;
 
-/// How far about a point its peak is looked for (m).
+/// Largest distance of a point's peak in the search (m).
 const NEARBY_M: f64 = 0.24;
 /// Step of the search, and of the last refinement (m).
 const STEP_M: f64 = 0.015;

@@ -1,5 +1,5 @@
-//! Quantities that are the same for the whole flight, or for a track of it, and change the ranges or the
-//! phases of its echoes.
+//! Quantities common to the whole flight, or to a track of it, that change the ranges or the phases of
+//! echoes.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use nalgebra::Vector3;
 
 use crate::error::AutofocusError;
 
-/// What a unit of a global quantity does to the ranges.
+/// Effect of a unit of a global quantity on the ranges.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Effect {
-    /// It is added to the ranges of these pulses, m: the fast time at which range is zero.
+    /// Added to the ranges of these pulses, m: the fast time at which range is zero.
     Delay(Range<usize>),
-    /// It is added to the phases of the echoes of these pulses, rad, and leaves their ranges.
+    /// Added to the phases of the echoes of these pulses, rad, without effect on their ranges.
     Phase(Range<usize>),
     /// It moves the antenna: p(θ) = p + θ·first + ½θ²·second, as an offset of the clock, a lever arm or an
     /// error of the height above the scene does.

@@ -9,13 +9,13 @@ const HELD_SUMS: usize = 2;
 /// Sums on all axes.
 const HELD: usize = 3 * HELD_SUMS;
 
-/// Weights of each pulse in the sums; none where nothing is held.
+/// Weights of each pulse in the sums; none where no sum is held.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
     weights: Vec<[f64; HELD_SUMS]>,
 }
 
-/// An estimate that is conditioned on sums, with its covariances.
+/// An estimate conditioned on sums, with its covariances.
 pub(crate) struct Conditioned<'a> {
     pub error_m: &'a mut [Vector3<f64>],
     pub covariance_m2: &'a mut [Matrix3<f64>],

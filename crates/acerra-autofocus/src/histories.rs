@@ -47,7 +47,7 @@ impl Histories {
             .collect();
         power.sort_by(f64::total_cmp);
         let greatest = profiles.energy.iter().copied().fold(0.0, f64::max);
-        // Not below what tables in single precision resolve.
+        // Not below the resolution of tables in single precision.
         let noise = power[power.len() / 2].max(1e-9 * greatest / free);
         Self {
             pulses,

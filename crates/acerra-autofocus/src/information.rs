@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Dyn, Matrix3, OMatrix, U3};
 /// One value per axis for the observations and each parameter.
 pub(crate) type Axes = OMatrix<f64, U3, Dyn>;
 
-/// What one pulse's observations say: HᵀR⁻¹H of its position and HᵀR⁻¹[y, A].
+/// Information of one pulse's observations: HᵀR⁻¹H of its position and HᵀR⁻¹[y, A].
 #[derive(Clone, Debug)]
 pub(crate) struct PulseInformation {
     /// HᵀR⁻¹H, 1/m².
@@ -22,7 +22,7 @@ impl PulseInformation {
         }
     }
 
-    /// The same in terms of z, δ = L z.
+    /// This information in terms of z, δ = L z.
     pub fn scaled(&self, factor: &Matrix3<f64>) -> Self {
         let t = factor.transpose();
         Self {
@@ -41,6 +41,6 @@ pub(crate) struct Observations {
     pub cross: DMatrix<f64>,
     /// Prior variance of each parameter.
     pub variance: Vec<f64>,
-    /// The last so many parameters are those whose covariances with the path are wanted.
+    /// Number of last parameters whose covariances with the path are computed.
     pub shared: usize,
 }

@@ -1,5 +1,5 @@
-//! Autofocus: where the antenna was, from the echoes of prominent points and from what the navigation
-//! knows of its own errors.
+//! Autofocus: corrections of the antenna's path from the echoes of prominent points, with the navigation's
+//! covariance as prior.
 //!
 //! ```text
 //! Pulses, ImageGrid, PositionPrior ──► search ──► fit ──► significance ──► Autofocused
@@ -7,12 +7,12 @@
 //! ```
 //!
 //! The estimate is the maximum of the posterior of the positions' errors, with a Gaussian prior that is
-//! correlated along the flight ([`PositionPrior`]), and of the points' places. Amplitudes and phases
-//! of the points are nuisances. Quantities of the whole flight ([`Global`]: delay, clock, lever arm, height
-//! above the scene, propagation speed; of each track, delay, phase and place) enter the same objective with
-//! priors of their own. It starts from delays, which have no ambiguity of half a wavelength, and goes on to
-//! phases. A correction is applied only if points that took no part in it become sharper; otherwise the
-//! positions are returned as they were.
+//! correlated along the flight ([`PositionPrior`]), and of the points' places. Amplitudes and phases of the
+//! points are nuisances. Quantities of the whole flight ([`Global`]: delay, clock, lever arm, height above
+//! the scene, propagation speed; for each track, delay, phase and place) enter the same objective with
+//! separate priors. The estimation starts from delays, which have no ambiguity of half a wavelength, and
+//! continues with phases. A correction is applied only if points that were not used for it become sharper;
+//! otherwise the positions are returned unchanged.
 
 mod decide;
 mod echoes;

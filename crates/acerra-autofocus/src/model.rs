@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::globals::Global;
 use crate::ground::{Ground, PixelPlace};
 
-/// What an estimate takes the scene and the flight to be.
+/// An estimate's model of the scene and the flight.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     /// Points, as places on the ground.
@@ -21,7 +21,7 @@ pub(crate) struct Model {
 /// Posterior covariances about a model.
 #[derive(Clone, Debug)]
 pub(crate) struct Posterior {
-    /// Of each position's error, what globals move included, m².
+    /// Covariance of each position's error, movement by globals included, m².
     pub error_m2: Vec<Matrix3<f64>>,
     /// Standard deviations of the globals.
     pub global_sigma: Vec<f64>,
@@ -38,7 +38,7 @@ impl Model {
         }
     }
 
-    /// The same flight with other points.
+    /// This flight with other points.
     pub fn with_places(&self, places: Vec<PixelPlace>) -> Self {
         Self {
             places,
@@ -80,7 +80,7 @@ impl Model {
         path.max(0.0) + own.map(|(g, v)| (v / g.sigma).powi(2)).sum::<f64>()
     }
 
-    /// The model this share of the way from `self` to `other`, which has as many points.
+    /// The model at this share of the way from `self` to `other`, which has as many points.
     pub fn towards(&self, other: &Self, share: f64) -> Self {
         let mix = |a: &Vector3<f64>, b: &Vector3<f64>| a + (b - a) * share;
         let mix_all = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {

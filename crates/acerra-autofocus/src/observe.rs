@@ -15,7 +15,7 @@ use crate::smoother::Smoothed;
 
 /// Power of an echo over its variance from which its phase and delay are taken.
 const LEAST_SIGNAL: f64 = 3.0;
-/// What is observed of an echo.
+/// Observables of an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Its phase, as a range, up to a constant of the point.
@@ -107,16 +107,16 @@ impl Rows {
                 }
                 let apart = points[k] - from;
                 let sight = apart.normalize();
-                let tells = f64::from(u8::from(observing.guides[k]));
-                let by_error = -sight * (ranging.slowness * tells);
+                let guiding = f64::from(u8::from(observing.guides[k]));
+                let by_error = -sight * (ranging.slowness * guiding);
                 let own = globals.iter().zip(&stand.model.globals);
                 let factors: Vec<f64> = own
                     .map(|(global, value)| {
                         let of = (global, *value);
-                        tells * ranging.derivative(of, m, (&sight, apart.norm()))
+                        guiding * ranging.derivative(of, m, (&sight, apart.norm()))
                     })
                     .collect();
-                // The point's own phase takes up what delays all pulses of a part alike.
+                // The point's own phase absorbs a delay common to all pulses of a part.
                 let takes_up = |own: &Range<usize>| {
                     let part = stand.parts.about(m);
                     own.start <= part.start && part.end <= own.end
@@ -125,8 +125,8 @@ impl Rows {
                 let of_phase: Vec<f64> = each
                     .map(|(f, g)| match &g.effect {
                         Effect::Delay(own) if takes_up(own) => 0.0,
-                        Effect::RiseOverSurface(own) if takes_up(own) => *f + tells,
-                        Effect::Phase(own) if own.contains(&m) => -tells / stand.carrier,
+                        Effect::RiseOverSurface(own) if takes_up(own) => *f + guiding,
+                        Effect::Phase(own) if own.contains(&m) => -guiding / stand.carrier,
                         _ => *f,
                     })
                     .collect();
@@ -263,7 +263,7 @@ impl Rows {
         variance
     }
 
-    /// What a solution leaves of a row, m.
+    /// Residual of a row for a solution, m.
     pub fn residual_m(&self, index: usize, found: &Smoothed) -> f64 {
         let row = &self.rows[index];
         let by_parameters: f64 = self

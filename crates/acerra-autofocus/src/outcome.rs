@@ -7,17 +7,17 @@ use serde::Serialize;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Decision {
-    /// The correction is significant: points that took no part in it gained.
+    /// The correction is significant: points that were not used for it gained.
     Applied,
     /// The image has no prominent point.
     NoPoints,
-    /// The positions' prior leaves nothing to correct.
+    /// The positions' prior variance is zero: no error to correct.
     NothingToCorrect,
     /// Points that took no part in the correction did not gain significantly.
     NotSignificant,
     /// The image has one prominent point, whose own motion would look like the track's.
     LonePoint,
-    /// A point that the correction rests on is weaker with it than without.
+    /// A point used for the correction is weaker with the correction than without.
     Worsens,
     /// The correction is larger than the prior allows: the echoes do not move as fixed points would.
     AgainstPrior,
@@ -30,7 +30,7 @@ pub struct PointFound {
     pub position_m: [f64; 3],
     /// Posterior standard deviations along the image's columns and rows, m.
     pub sigma_m: [f64; 2],
-    /// Rms of what is left of its range by phase, m.
+    /// Rms of its remaining range errors by phase, m.
     pub residual_m: Option<f64>,
     /// Gain of its peak by a correction that it took no part in, dB; by the correction itself where
     /// there are too few points to leave some out.
@@ -57,7 +57,7 @@ pub struct Autofocused {
     pub decision: Decision,
     /// Positions to image with, `[M]`, m: corrected, or as stated where no correction is applied.
     pub position_m: Vec<[f64; 3]>,
-    /// The estimated errors, true minus stated, `[M]`, m, applied or not; what globals move included.
+    /// The estimated errors, true minus stated, `[M]`, m, applied or not; movement by globals included.
     pub correction_m: Vec<[f64; 3]>,
     /// Their posterior standard deviations, `[M]`, m.
     pub sigma_m: Vec<[f64; 3]>,

@@ -9,7 +9,7 @@ use crate::process::{StateMatrix, stationary, transition};
 
 /// One state for the observations and each parameter.
 type States = OMatrix<f64, U9, Dyn>;
-/// What the filter keeps of a pulse for the smoother.
+/// Data of a pulse that the filter keeps for the smoother.
 pub(crate) struct Filtered {
     /// Covariance and states predicted.
     covariance: StateMatrix,
@@ -43,7 +43,7 @@ impl Passes {
         }
     }
 
-    /// Runs forward; takes from `cross` what the path explains.
+    /// Runs forward; subtracts from `cross` the part that the path explains.
     pub fn forward(&self, pulses: &[PulseInformation], cross: &mut DMatrix<f64>) -> Vec<Filtered> {
         let columns = cross.ncols();
         let mut covariance = self.stationary;
@@ -81,7 +81,7 @@ impl Passes {
         kept
     }
 
-    /// Runs backward over what [`Passes::forward`] kept; in the order of the pulses.
+    /// Runs backward over the data kept by [`Passes::forward`]; results are in the order of the pulses.
     pub fn backward(&self, filtered: &[Filtered]) -> Vec<Passed> {
         let columns = filtered.first().map_or(0, |at| at.states.ncols());
         let mut passed = Vec::with_capacity(filtered.len());
@@ -120,8 +120,8 @@ impl Passes {
     }
 }
 
-/// Takes Σ AᵀB of the pairs from `cross`: Vᵀ[y, A] + rᵀ(V + P(I + N P)⁻¹r) with r = [y, A] − N V is what a
-/// pulse's path explains.
+/// Takes Σ AᵀB of the pairs from `cross`: Vᵀ[y, A] + rᵀ(V + P(I + N P)⁻¹r) with r = [y, A] − N V is the part
+/// that a pulse's path explains.
 fn take(cross: &mut DMatrix<f64>, left: [&Axes; 2], right: [&Axes; 2]) {
     let rows = cross.nrows();
     let [a, b] = left.map(|m| m.as_slice().chunks_exact(3));

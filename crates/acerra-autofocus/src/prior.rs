@@ -1,17 +1,17 @@
-//! What is known of the positions' errors beforehand.
+//! The prior of the positions' errors.
 
 use nalgebra::Matrix3;
 
 use crate::error::AutofocusError;
 use crate::globals::Global;
 
-/// How the error of a position resembles that of the next ones.
+/// Correlation of the error of a position with those of its neighbours.
 ///
 /// Distances are in the unit of [`PositionPrior::abscissa`]: seconds or metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Correlation {
-    /// Each pulse has an error of its own.
+    /// Independent errors.
     White,
     /// ρ(d) = e^{−d/ℓ}: a first-order Gauss–Markov process.
     Exponential {
@@ -187,8 +187,8 @@ fn root(c: &[[f64; 3]; 3]) -> Option<Matrix3<f64>> {
 /// Least eigenvalue of the correlations that [`PositionPrior::of_covariances`] leaves.
 const LEAST_INDEPENDENT: f64 = 1e-3;
 
-/// The covariance with its correlations shortened to what a covariance can have, and none with an axis
-/// that has no variance; as it is where a value is not finite or a variance negative.
+/// The covariance with its correlations limited to those of a valid covariance, and zero with an axis that
+/// has no variance; unchanged where a value is not finite or a variance negative.
 fn shortened(c: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let usable = |i: usize| c[i][i] >= 0.0 && c[i].iter().all(|v| v.is_finite());
     if !(0..3).all(usable) {

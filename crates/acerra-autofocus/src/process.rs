@@ -17,7 +17,7 @@ pub(crate) fn stationary(correlation: Correlation) -> StateMatrix {
     spread(stationary_of_axis(correlation.markov().0))
 }
 
-/// Transition Φ over a distance, and the covariance Q of what is new: P∞ = Φ P∞ Φᵀ + Q.
+/// Transition Φ over a distance, and the covariance Q of the innovation: P∞ = Φ P∞ Φᵀ + Q.
 pub(crate) fn transition(correlation: Correlation, distance: f64) -> (StateMatrix, StateMatrix) {
     let (order, rate) = correlation.markov();
     let own = stationary_of_axis(order);

@@ -165,7 +165,7 @@ pub(crate) struct Powers {
 }
 
 impl Powers {
-    /// Adds to each sum the power of a pulse at its range and `longer_m`; nothing beyond the table.
+    /// Adds to each sum the power of a pulse at its range plus `longer_m`; zero beyond the table.
     pub fn add(&self, pulse: usize, longer_m: f64, range_m: &[f32], sum: &mut [f32]) {
         let row = &self.power[pulse * self.bins..(pulse + 1) * self.bins];
         let per_m = (1.0 / self.step_m) as f32;

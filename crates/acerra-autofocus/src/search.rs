@@ -1,4 +1,4 @@
-//! Prominent points: found one after another in images of what the ones before leave.
+//! Prominent points: found one after another in images of the residual echoes.
 
 use acerra_imaging::{
     Complex32, Complex64, ImagingError, ImagingPlan, PlanOptions, PulseArrays, Pulses, Spreading,
@@ -16,14 +16,14 @@ const ROUNDS: [usize; 2] = [4, 2];
 const SHARE_OF_ROUND: f64 = 0.5;
 /// No maximum below this share of the first round's greatest in power is taken.
 const SHARE_OF_ALL: f64 = 0.02;
-/// Maxima rise above the image's median by at least so many median deviations.
+/// Least level of maxima above the image's median, in median deviations.
 const LEAST_RISE: f64 = 8.0;
 /// Least spacing of points, in range resolutions.
 const APART_CELLS: f64 = 3.0;
 /// Most pulses that an image without phases sums.
 const MOST_PULSES: usize = 400;
 
-/// Images of what is left, for the search.
+/// Images of the residual echoes, for the search.
 #[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
     pub problem: Problem<'a>,
@@ -50,8 +50,8 @@ impl Search<'_> {
         self.rounds(Stage::Phase, model)
     }
 
-    /// The objective for noise of this variance with the price of each point's three parameters
-    /// (Bayesian information criterion): models of different points are compared by it.
+    /// The objective for noise of this variance with a penalty for each point's three parameters (Bayesian
+    /// information criterion), which compares models with different points.
     pub fn penalised(&self, model: &Model, seen: &Seen, noise: f64) -> f64 {
         let samples = (self.pulses.len() * self.pulses.frequency_hz().len()) as f64;
         let price = 3.0 * model.places.len() as f64 * samples.ln();
@@ -79,7 +79,7 @@ impl Search<'_> {
         Ok(model)
     }
 
-    /// Σ_m |b_m(R)|² of what the points leave.
+    /// Σ_m |b_m(R)|² of the residual echoes.
     fn without_phases(&self, model: &Model) -> PowerMap {
         let problem = &self.problem;
         let Seen {
@@ -148,7 +148,7 @@ impl Search<'_> {
         }
     }
 
-    /// Power of the coherent image of what the points leave.
+    /// Power of the coherent image of the residual echoes.
     fn with_phases(&self, model: &Model) -> Result<PowerMap, ImagingError> {
         let problem = &self.problem;
         let ranging = problem.ranging(model);

@@ -1,4 +1,4 @@
-//! Whether a correction is real: points that took no part in it must gain.
+//! Significance of a correction: points that were not used for it must gain.
 
 use acerra_imaging::ImagingError;
 
@@ -6,7 +6,7 @@ use crate::fit::{Fitted, Problem, Stage};
 use crate::gain::{gains_db, peak_powers};
 use crate::model::Model;
 
-/// Parts that the points are dealt into; each is left out of one estimate.
+/// Number of parts of the points; each is left out of one estimate.
 const FOLDS: usize = 2;
 /// Points from which some can be left out.
 pub(crate) const LEAST_TO_FOLD: usize = 2;

@@ -2,7 +2,7 @@
 //!
 //! Observations of pulse m are y = h·δ_m + aᵀθ + v with the error δ_m = L_m z_m of its position, z a
 //! [`process`](crate::process) and θ parameters with Gaussian priors: [`passes`](crate::passes) over the
-//! pulses, then θ from what the path leaves, then what is [`held`](crate::held).
+//! pulses, then θ from the residuals of the path, then the [`held`](crate::held) sums.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
 
@@ -46,7 +46,7 @@ impl Path {
         }
     }
 
-    /// The same process given that it has neither mean nor trend over the abscissa.
+    /// The process conditioned on zero mean and trend over the abscissa.
     pub fn without_trend(self, abscissa: &[f64]) -> Self {
         Self {
             held: Held::mean_and_trend(abscissa),
@@ -63,7 +63,7 @@ impl Path {
         let filtered = self.passes.forward(&scaled, &mut cross);
         let (parameter, parameter_covariance) = solve(&cross, &observations.variance)?;
         let parameters = parameter.len();
-        // What each held sum's force does to the parameters.
+        // Effect of each held sum's force on the parameters.
         let rest = columns - 1 - parameters;
         let pulled = &parameter_covariance * cross.view((1, 1 + parameters), (parameters, rest));
         let mut smoothed = Smoothed {
@@ -107,7 +107,7 @@ impl Path {
         Some(smoothed)
     }
 
-    /// Observations in terms of z, with the forces of what is held as further columns.
+    /// Observations in terms of z, with the forces of held sums as further columns.
     fn scaled(&self, pulses: &[PulseInformation]) -> Vec<PulseInformation> {
         let scale = |(m, p): (usize, &PulseInformation)| {
             let information = p.information;
@@ -155,7 +155,7 @@ fn solve(cross: &DMatrix<f64>, variance: &[f64]) -> Option<(DVector<f64>, DMatri
 mod tests {
     use super::*;
 
-    /// The same estimate by the dense normal equations.
+    /// The estimate by the dense normal equations.
     #[test]
     fn path_and_parameters_are_those_of_dense_least_squares() {
         let correlation = Correlation::Matern52 { length: 0.6 };
@@ -241,7 +241,7 @@ mod tests {
         let delta = expected.rows(0, 3 * pulses);
         assert!((square - (delta.transpose() * precision * delta)[(0, 0)]).abs() < 1e-7);
 
-        // The same given that mean and trend vanish: conditioning by hand.
+        // The estimate conditioned on zero mean and trend, by hand.
         let centre = abscissa[pulses - 1] / 2.0;
         let mut sums = DMatrix::<f64>::zeros(size, 6);
         for m in 0..pulses {

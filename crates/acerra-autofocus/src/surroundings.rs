@@ -39,7 +39,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Prior covariance of each position, what globals move included, m².
+    /// Prior covariance of each position, movement by globals included, m².
     pub fn prior_m2(&self) -> Vec<Matrix3<f64>> {
         let of = |(m, l): (usize, &Matrix3<f64>)| {
             let own = l * l.transpose();
@@ -51,7 +51,8 @@ impl Problem<'_> {
         self.path.factor.iter().enumerate().map(of).collect()
     }
 
-    /// Posterior covariances: a position is the path's error and what globals move, which are correlated.
+    /// Posterior covariances: a position is the sum of the path's error and the movement by globals, which
+    /// are correlated.
     fn posterior(&self, model: &Model, found: &Smoothed) -> Posterior {
         let count = self.globals.len();
         let first = found.parameter.len() - count;

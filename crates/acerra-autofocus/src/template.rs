@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// Nodes of a correlation table per range resolution c/2B.
 const NODES_PER_CELL: f64 = 24.0;
 
-/// The common spectrum S(n) and what follows from it for pairs of points.
+/// The common spectrum S(n) and functions of pairs of points by it.
 #[derive(Clone, Debug)]
 pub(crate) struct Template {
     /// S(n), `[N]`.
@@ -124,8 +124,8 @@ pub(crate) fn hermite(t: f64, value: [Complex64; 2], slope: [Complex64; 2]) -> C
         - slope[1] * (t * t * u)
 }
 
-/// Amplitudes of the common spectrum from the mean power of all pulses: echoes of many ranges fade
-/// it alike at all frequencies.
+/// Amplitudes of the common spectrum from the mean power of all pulses: echoes of many ranges make it fade
+/// equally at all frequencies.
 pub(crate) fn mean_amplitudes(spectra: &[Complex64], frequencies: usize) -> Vec<Complex64> {
     let mut power = vec![0.0; frequencies];
     for pulse in spectra.chunks_exact(frequencies) {

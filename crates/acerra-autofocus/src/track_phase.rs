@@ -1,7 +1,7 @@
 //! First values of the phases by which tracks are turned against each other.
 //!
-//! Phases have no first guess: any is as likely as any other, and steps of an estimate lead to the next
-//! maximum. The turn between the sums of two tracks' echoes is one that all points agree on.
+//! Phases have no prior value, and steps of an estimate lead to the nearest maximum. All points agree on the
+//! phase between the sums of two tracks' echoes.
 
 use crate::fit::{Problem, Seen, Stage};
 use crate::globals::Effect;

@@ -1,11 +1,11 @@
-//! Weights of observations by what a solution leaves of them.
+//! Weights of observations by the residuals of a solution.
 
 use nalgebra::DVector;
 
 use crate::observe::{Kind, Rows};
 use crate::smoother::Smoothed;
 
-/// Degrees of freedom of the Student distribution that residuals are taken to have.
+/// Degrees of freedom of the residuals' Student distribution.
 const STUDENT_FREEDOM: f64 = 5.0;
 /// Median of the square of a standard normal variable.
 const MEDIAN_SQUARE: f64 = 0.4549;

@@ -27,13 +27,13 @@ type Timed = (GpsTime, PositionSample);
 pub struct Assembled {
     /// Positions with the attitudes at their times.
     pub trajectory: Trajectory,
-    /// The attitudes at their own times.
+    /// The attitudes at their times.
     pub attitudes: LogAttitudes,
-    /// What there is to say about them.
+    /// Remarks on them.
     pub report: LogReport,
 }
 
-/// The trajectory and the attitudes of a recording, and what there is to say about them.
+/// The trajectory and the attitudes of a recording, with remarks.
 ///
 /// # Errors
 /// Sources that are ambiguous or absent, times without a scale, positions outside the grid of the
@@ -163,7 +163,7 @@ fn clock_of(recording: &Recording, source: &PositionSource) -> Result<Option<Clo
     }
 }
 
-/// What second zero is: the start of the GPS week, or that of the log's own clock.
+/// Meaning of second zero: the start of the GPS week, or that of the log's clock.
 fn time_origin(timed: &[Timed], is_own_clock: bool) -> (TimeOrigin, GpsTime) {
     if is_own_clock {
         return (TimeOrigin::Relative, GpsTime::EPOCH);
@@ -227,8 +227,8 @@ struct Turns {
     gimbal: Option<Attitude>,
 }
 
-/// Refuses a gimbal whose angles count from nobody knows what, or whose attitude no position has: a pattern would
-/// follow nothing.
+/// Refuses a gimbal whose angles have an unknown reference, or whose attitude no position has: a pattern
+/// would follow no attitude.
 fn refuse_useless(
     source: &GimbalSource,
     track: &GimbalTrack,
@@ -242,9 +242,9 @@ fn refuse_useless(
              their angles from the horizon or from the vehicle; antenna_axis = \"vertical\" where it keeps level"
         }
         0 if track.without_heading == samples => {
-            "they count from the vehicle's nose, and no attitude of the vehicle tells where it pointed"
+            "they count from the vehicle's nose, and no attitude of the vehicle gives its heading"
         }
-        0 => "the log has them at other times, or nothing ties their times to GPS time",
+        0 => "the log has them at other times, or no clock relates their times to GPS time",
         _ => return Ok(()),
     };
     Err(LogError::GimbalUnusable {

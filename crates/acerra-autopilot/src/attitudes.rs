@@ -5,7 +5,7 @@ use acerra_geo::trajectory::Attitude;
 
 use crate::timeline::AttitudeTrack;
 
-/// Attitudes of the vehicle, and of the gimbal that was asked for, on GPS time.
+/// Attitudes of the vehicle, and of the requested gimbal, on GPS time.
 ///
 /// They turn body axes (forward, left, up) to east, north, up at the vehicle.
 #[derive(Debug, Clone, Default)]
@@ -15,13 +15,14 @@ pub struct LogAttitudes {
 }
 
 impl LogAttitudes {
-    /// That of the vehicle at `time`, between its neighbours; none where they are more than half a second apart.
+    /// Attitude of the vehicle at `time`, between its neighbours; none where they are more than half a second
+    /// apart.
     #[must_use]
     pub fn vehicle_at(&self, time: GpsTime) -> Option<Attitude> {
         self.vehicle.as_ref()?.at(time)
     }
 
-    /// That of the gimbal, likewise.
+    /// Attitude of the gimbal, likewise.
     #[must_use]
     pub fn gimbal_at(&self, time: GpsTime) -> Option<Attitude> {
         self.gimbal.as_ref()?.at(time)

@@ -7,9 +7,9 @@ use crate::error::LogError;
 /// Bytes read from the system at a time.
 const BLOCK: usize = 1 << 16;
 
-/// A reader that shows what comes next and knows how far it is.
+/// A reader with look-ahead that knows its offset.
 ///
-/// Memory is the longest stretch that was looked at, and one block.
+/// Memory is the longest look-ahead, and one block.
 #[derive(Debug)]
 pub struct LogBytes<R> {
     reader: R,
@@ -67,7 +67,7 @@ impl<R: Read> LogBytes<R> {
         Ok(&self.buffer[self.start..self.start + count])
     }
 
-    /// Goes past bytes that were looked at.
+    /// Skips bytes of the look-ahead.
     pub fn advance(&mut self, count: usize) {
         let count = count.min(self.buffer.len() - self.start);
         self.start += count;
@@ -103,9 +103,10 @@ impl<R: Read> LogBytes<R> {
         Ok(self.peek(1)?.is_empty())
     }
 
-    /// Goes to the next place, past the current byte, at which `begins` holds of the `shown` bytes that follow, or
-    /// of all that are left where there are fewer; to the end where there is none. Answers how many bytes were passed, and whether all of them were the
-    /// same byte 0 or 255, as of flash memory that was never written.
+    /// Skips to the next place, past the current byte, at which `begins` holds for the next `shown` bytes, or
+    /// for all remaining bytes where there are fewer; to the end where there is none. Returns the number of
+    /// skipped bytes, and whether all of them were the same byte 0 or 255, as of flash memory that was never
+    /// written.
     pub fn seek(
         &mut self,
         shown: usize,

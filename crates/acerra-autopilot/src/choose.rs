@@ -8,7 +8,7 @@ use crate::options::{GimbalChoice, LogOptions};
 use crate::report::LogWarning;
 use crate::sample::{AttitudeSource, GimbalSource, PositionSource, Recording, SourceKind};
 
-/// What the positions come from: the source named, else the only receiver, else the only filter.
+/// Source of the positions: the named one, else the only receiver, else the only filter.
 ///
 /// The receiver goes first: its positions carry GPS time and the status and accuracy of their
 /// solution, and with carrier phase they are good to centimetres. The filter's are smoothed by inertial
@@ -60,7 +60,7 @@ pub fn positions<'a>(
     }
 }
 
-/// What there is to say where the first of several sources is taken.
+/// Remark where the first of several sources is used.
 fn several(
     what: &'static str,
     key: &'static str,
@@ -89,8 +89,8 @@ fn described(sources: &[PositionSource]) -> Vec<String> {
     sources.iter().map(one).collect()
 }
 
-/// What the attitudes come from: the source named, else that of the positions, else the only one beside the
-/// gimbal named; none where there is none.
+/// Source of the attitudes: the named one, else that of the positions, else the only one other than the named
+/// gimbal; none without any.
 pub fn attitudes<'a>(
     recording: &'a Recording,
     options: &LogOptions,
@@ -128,8 +128,8 @@ pub fn attitudes<'a>(
     }
 }
 
-/// Whose attitude the antenna has: the gimbal's named, else the only one's; none where none is asked for. Of an
-/// MCAP file it must be named: no message of ROS 2 says that its attitude is a gimbal's.
+/// Gimbal that carries the antenna: the named one, else the only one; none where none is requested. In an
+/// MCAP file it must be named: no message of ROS 2 states that its attitude is a gimbal's.
 pub fn gimbal<'a>(
     recording: &'a Recording,
     options: &LogOptions,
@@ -163,7 +163,7 @@ pub fn gimbal<'a>(
     }
 }
 
-/// The gimbal of that name; of an MCAP file any topic of attitudes.
+/// The gimbal of that name; in an MCAP file any topic of attitudes.
 fn named_gimbal<'a>(
     recording: &'a Recording,
     wanted: &str,
@@ -185,7 +185,7 @@ fn named_gimbal<'a>(
     }
 }
 
-/// What a gimbal of this log may be called: of an MCAP file every topic of attitudes.
+/// Possible names of a gimbal of this log: in an MCAP file every topic of attitudes.
 fn gimbal_names(recording: &Recording) -> Vec<String> {
     let usable = recording.gimbals.iter().filter(|s| !s.samples.is_empty());
     let gimbals = usable.map(|s| s.name.clone());

@@ -1,11 +1,10 @@
 //! The autopilot's clock on GPS time, by a robust line through readings of both.
 //!
-//! A message of a receiver is logged when it arrives, later than the instant it is about by the
-//! receiver's latency and by what the link and the scheduler add. The delay is never negative, so
-//! that the readings lie on one side of the line of least delay: of each stretch of time the reading
-//! of least delay counts, and the line goes through those (Theil–Sen). The least delay itself cannot
-//! be found from the readings. Readings of one instant scatter to both sides: there the stretches'
-//! medians count.
+//! A message of a receiver is logged when it arrives, later than its instant by the latencies of receiver,
+//! link and scheduler. The delay is never negative, so that the readings lie on one side of the line of least
+//! delay: the reading of least delay in each interval of time is used, and the line is fitted to these
+//! (Theil–Sen). The least delay itself cannot be found from the readings. Readings of one instant scatter to
+//! both sides: there the stretches' medians count.
 
 use acerra_geo::time::GpsTime;
 
@@ -19,7 +18,7 @@ const AGREEMENT_S: f64 = 0.5;
 const STRETCHES: usize = 32;
 /// Greatest rate error of a crystal (s/s): beyond it the line's slope is chance.
 const GREATEST_RATE: f64 = 2e-4;
-/// Deviation of the rates of crystals (s/s), what is expected of a log too short to give its own.
+/// Deviation of the rates of crystals (s/s), the prior for a log too short to determine its own.
 const USUAL_RATE: f64 = 3e-5;
 /// Least deviation of a reading (s): clocks count microseconds.
 const LEAST_SIGMA_S: f64 = 1e-6;
@@ -35,16 +34,16 @@ pub struct ClockFit {
     pub rate: f64,
     /// Readings used.
     pub readings: usize,
-    /// Readings left out, as those of another time.
+    /// Readings left out, as readings of another time.
     pub left_out: usize,
     /// Nine tenths of the readings lie within this (s) of the line.
     pub spread_s: f64,
-    /// The clock is its own: nothing ties it to GPS time.
+    /// The clock has no relation to GPS time.
     pub is_own: bool,
 }
 
 impl ClockFit {
-    /// A clock of its own: its zero is that of GPS time here.
+    /// A clock without relation to GPS time: its zero counts as that of GPS time here.
     pub const fn own() -> Self {
         Self {
             boot_s: 0.0,

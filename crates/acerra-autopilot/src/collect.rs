@@ -9,7 +9,7 @@ use crate::sample::{
     PositionSample, PositionSource, Recording, SourceKind,
 };
 
-/// Collects what a reader finds.
+/// Collects the records of a reader.
 #[derive(Debug)]
 pub struct Collector {
     format: LogFormat,
@@ -65,7 +65,7 @@ pub struct ClockSource {
     pub kind: PairKind,
     /// What gives them.
     pub name: &'static str,
-    /// Whether times by a clock of their own will do.
+    /// Whether times by an unrelated clock suffice.
     pub allows_own: bool,
 }
 
@@ -155,7 +155,7 @@ impl Collector {
         self.ranked_attitude(name, 0, sample, offset)
     }
 
-    /// Takes an attitude of a source of that rank.
+    /// Adds an attitude of a source of that rank.
     ///
     /// # Errors
     /// More attitudes than the limit.
@@ -184,7 +184,8 @@ impl Collector {
         self.limit(count, "attitudes", offset)
     }
 
-    /// Takes an attitude of the gimbal `name`, of a kind of message of that rank, or counts a record without one.
+    /// Adds an attitude of the gimbal `name`, of a kind of message of that rank, or counts a record without
+    /// one.
     ///
     /// # Errors
     /// More attitudes than the limit.
@@ -244,7 +245,7 @@ impl Collector {
         self.limit(self.pairs.len() - 1, "clock readings", offset)
     }
 
-    /// What was collected from a file of `bytes` bytes.
+    /// The collected data of a file of `bytes` bytes.
     ///
     /// # Errors
     /// More than a twentieth of the file belongs to no record.

@@ -25,8 +25,8 @@ pub enum LogError {
     },
     /// The file ends within a record.
     #[error(
-        "byte {offset}: the file is cut off within a {what}: expected {expected} bytes, found {found} \
-         (cut the file at byte {offset} to use what comes before)"
+        "byte {offset}: the file is cut off within a {what}: expected {expected} bytes, found {found} (cut \
+         the file at byte {offset} to use the data before it)"
     )]
     CutOff {
         /// Where the record begins.
@@ -38,7 +38,7 @@ pub enum LogError {
         /// Bytes that are there.
         found: u64,
     },
-    /// A record does not have what its place calls for.
+    /// A record violates its format.
     #[error("byte {offset}: expected {expected}, found {found}")]
     Malformed {
         /// Where the record begins.
@@ -54,9 +54,9 @@ pub enum LogError {
          another file's, or damaged"
     )]
     Damaged {
-        /// Where the first of them is.
+        /// Place of the first of them.
         offset: u64,
-        /// How many there are in all.
+        /// Number of all of them.
         bytes: u64,
         /// Bytes of the file.
         total: u64,
@@ -68,7 +68,7 @@ pub enum LogError {
     Limit {
         /// Where.
         offset: u64,
-        /// What there are too many of.
+        /// Kind of the excess.
         what: &'static str,
         /// The limit.
         limit: u64,
@@ -78,7 +78,7 @@ pub enum LogError {
     NoPositions {
         /// The kind of file.
         format: LogFormat,
-        /// What there is instead, or nothing.
+        /// Sources that exist instead, or empty.
         why: String,
     },
     /// More than one source, and none chosen.
@@ -91,7 +91,7 @@ pub enum LogError {
         /// What the log holds.
         names: Vec<String>,
     },
-    /// The source asked for is not there.
+    /// The requested source is absent.
     #[error(
         "{key} = \"{wanted}\": the log has no such source of {what}; {}",
         if names.is_empty() { "it has none".to_owned() } else { format!("it has {}", names.join(", ")) }
@@ -106,7 +106,7 @@ pub enum LogError {
         /// What the log holds.
         names: Vec<String>,
     },
-    /// A gimbal is asked for of a log without one.
+    /// A gimbal is requested of a log without one.
     #[error("no attitude of a gimbal in this {format}: expected {expected}")]
     NoGimbal {
         /// The kind of file.
@@ -114,9 +114,10 @@ pub enum LogError {
         /// What would give it.
         expected: String,
     },
-    /// Attitudes of a gimbal, none of which says where it pointed at the positions.
+    /// Attitudes of a gimbal, none of which gives its direction at the positions.
     #[error(
-        "{source_name}: none of its {samples} attitudes tells where the gimbal pointed at a position: {why}"
+        "{source_name}: none of its {samples} attitudes gives the direction of the gimbal at a position: \
+         {why}"
     )]
     GimbalUnusable {
         /// The gimbal's source.
@@ -126,15 +127,15 @@ pub enum LogError {
         /// What is missing.
         why: &'static str,
     },
-    /// Times that nothing ties to GPS time.
+    /// Times without relation to GPS time.
     #[error(
-        "{source_name}: its times count from the start of the autopilot, and nothing in the log ties them \
-         to GPS time ({expected})"
+        "{source_name}: its times count from the start of the autopilot, and no record of the log relates \
+         them to GPS time ({expected})"
     )]
     NoGpsTime {
         /// The source of the positions.
         source_name: String,
-        /// What would have tied them.
+        /// Records that would relate them.
         expected: &'static str,
     },
     /// Pairs of clock readings that do not agree with one another.
@@ -147,7 +148,7 @@ pub enum LogError {
         agreeing: usize,
         /// All of them.
         pairs: usize,
-        /// What agreement means (s).
+        /// Tolerance (s).
         tolerance_s: f64,
     },
     /// Most positions cannot be used.

@@ -1,10 +1,10 @@
 //! Attitudes of gimbals: roll and pitch from the horizon, yaw from north or from the vehicle's nose.
 //!
-//! A gimbal's axes are forward, right, down as its maker defines them: those of the vehicle while all its angles
-//! are zero. Logs give the turn from these to north, east, down, or to the same axes turned about the vertical to
-//! where the vehicle's nose points ("vehicle frame" of MAVLink's gimbal protocol). Flags that say which angles are
-//! held against the horizon (`ROLL_LOCK`, `PITCH_LOCK`) say how the gimbal is driven, not what its angles count
-//! from.
+//! A gimbal's axes are forward, right, down as its maker defines them: those of the vehicle while all its
+//! angles are zero. Logs give the turn from these to north, east, down, or to the same axes turned about the
+//! vertical to where the vehicle's nose points ("vehicle frame" of MAVLink's gimbal protocol). The flags of
+//! angles held against the horizon (`ROLL_LOCK`, `PITCH_LOCK`) describe how the gimbal is driven, not the
+//! reference of its angles.
 
 use acerra_geo::trajectory::Attitude;
 
@@ -12,7 +12,7 @@ use crate::clock::ClockFit;
 use crate::sample::{AttitudeSample, AttitudeSource, GimbalSample, GimbalSource, Stamp, YawFrom};
 use crate::timeline::{AttitudeTrack, gps_time};
 
-/// Bits of `GIMBAL_DEVICE_FLAGS` that say what the yaw counts from.
+/// Bits of `GIMBAL_DEVICE_FLAGS` with the reference of the yaw.
 mod flag {
     pub const YAW_LOCK: i64 = 16;
     pub const YAW_IN_VEHICLE_FRAME: i64 = 32;
@@ -20,7 +20,7 @@ mod flag {
 }
 
 /// Bits of `GIMBAL_DEVICE_ERROR_FLAGS` that put the attitude in doubt: encoders, software, communication,
-/// calibration. Those of limits, power and motors say that the gimbal does not turn as it is commanded to.
+/// calibration. The bits of limits, power and motors mean that the gimbal does not follow its commands.
 const DOUBTED: i64 = 8 | 64 | 128 | 256;
 
 impl From<&AttitudeSource> for GimbalSource {
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn flags_say_what_yaw_counts_from_and_contradictions_are_refused() {
-        // Locks of roll and pitch (4, 8) change nothing.
+        // Locks of roll and pitch (4, 8) have no effect.
         for (flags, yaw) in [
             (0, YawFrom::Nose),
             (4 | 8, YawFrom::Nose),

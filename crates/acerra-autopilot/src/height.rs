@@ -7,8 +7,7 @@ use crate::error::LogError;
 use crate::report::LogWarning;
 use crate::sample::{HeightDatum, Place, PositionSample};
 
-/// The samples whose heights count from one surface, the ellipsoid where any does, and how many others
-/// there are.
+/// The samples whose heights count from one surface, the ellipsoid where any does, and the number of others.
 pub fn of_one_datum(samples: &[PositionSample]) -> (Vec<PositionSample>, usize) {
     let is_above_ellipsoid =
         |s: &PositionSample| matches!(s.place, Place::Geodetic(_, HeightDatum::Ellipsoid));
@@ -44,7 +43,7 @@ impl<'a> Heights<'a> {
         }
     }
 
-    /// The place, with its height above the ellipsoid where that is known.
+    /// The place, with its height above the ellipsoid if known.
     ///
     /// # Errors
     /// A place that the grid does not cover.
@@ -68,12 +67,12 @@ impl<'a> Heights<'a> {
         Ok(Place::Geodetic(Geodetic { height_m, ..place }, datum))
     }
 
-    /// What the heights count from now; none for positions in axes of the robot's own.
+    /// Datum of the heights now; none for positions in the robot's local axes.
     pub const fn datum(&self) -> Option<HeightDatum> {
         self.datum
     }
 
-    /// What there is to say about them.
+    /// Remarks on them.
     pub fn remark(&self, source: &str) -> Option<LogWarning> {
         if let Some(geoid_m) = self.first_geoid_m {
             return Some(LogWarning::RaisedByGeoid { geoid_m });

@@ -11,23 +11,23 @@
 //! | ArduPilot `.bin` | `GPS` with `GPA`; `POS` | `ATT` | `MNT` | GPS week and milliseconds in `GPS` |
 //! | PX4 `.ulg` | `vehicle_gps_position`, `sensor_gps`; `vehicle_global_position` | `vehicle_attitude` | `gimbal_device_attitude_status` | UTC in the receiver's messages |
 //! | MAVLink `.tlog` | `GPS_RAW_INT`, `GPS2_RAW`; `GLOBAL_POSITION_INT` | `ATTITUDE` | `GIMBAL_DEVICE_ATTITUDE_STATUS`, `MOUNT_ORIENTATION` | UTC in `SYSTEM_TIME` |
-//! | MCAP of ROS 2 | `sensor_msgs/NavSatFix`; `nav_msgs/Odometry` | `sensor_msgs/Imu`, `nav_msgs/Odometry` | the topic named of these or `geometry_msgs/QuaternionStamped` | stamps of the headers, taken as UTC |
+//! | MCAP of ROS 2 | `sensor_msgs/NavSatFix`; `nav_msgs/Odometry` | `sensor_msgs/Imu`, `nav_msgs/Odometry` | the named topic of these or `geometry_msgs/QuaternionStamped` | stamps of the headers, taken as UTC |
 //!
-//! Which positions: those of the GNSS receiver, as they carry GPS time and the kind and accuracy of
-//! their solution; the filter's (`source = "ekf"`) where there is no receiver or where they are asked
-//! for. Where there are several of a kind, [`LogOptions::source`] names one.
+//! Which positions: those of the GNSS receiver, as they carry GPS time and the kind and accuracy of their
+//! solution; the filter's (`source = "ekf"`) where there is no receiver or where the source is named. Where
+//! there are several of a kind, [`LogOptions::source`] names one.
 //!
 //! The attitude of a gimbal is read where [`LogOptions::gimbal`] asks for it; positions and lever arm stay the
 //! vehicle's.
 //!
-//! Heights: a source's heights count from the ellipsoid or from the sea, never both; those from the sea
-//! are raised by a grid of the geoid where there is one and are warned of where there is none.
+//! Heights: a source's heights count from the ellipsoid or from the sea, never both; heights from the sea are
+//! raised by a grid of the geoid, with a warning where there is none.
 //!
-//! Times end up on GPS time. Positions that carry it keep it; what is stamped by the autopilot's own
-//! clock is put on it by a robust fit through the readings of both clocks in the log.
+//! All times are converted to GPS time. Positions with GPS time keep it; stamps by the autopilot's clock are
+//! converted by a robust fit through the readings of both clocks in the log.
 //!
-//! What is damaged is passed over and counted, up to a twentieth of the file; a file that ends within a
-//! record is refused with the byte at which it may be cut.
+//! Damaged data are skipped and counted, up to a twentieth of the file; a file that ends within a record is
+//! refused with the byte at which it may be cut.
 
 mod ardupilot;
 mod assemble;
@@ -63,7 +63,7 @@ pub use sample::{Damage, HeightDatum, PairKind, SourceKind};
 use assemble::Assembled;
 use bytes::LogBytes;
 
-/// How many bytes of a file [`sniff`] is shown.
+/// Number of bytes of a file for [`sniff`].
 pub const SNIFF_BYTES: usize = 512;
 
 /// The kind of log that begins like this; none when no reader knows it.
@@ -87,11 +87,10 @@ pub fn sniff(start: &[u8]) -> Option<LogFormat> {
 
 /// Reads a log of any known format.
 ///
-/// The input is read once, front to back; memory is what its positions, attitudes and clock readings
-/// need.
+/// The input is read once, front to back, in the memory of its positions, attitudes and clock readings.
 ///
 /// # Errors
-/// [`LogError`], with the byte where there is one; the caller adds the path.
+/// [`LogError`], with the byte if there is one; the caller adds the path.
 pub fn read_log(
     reader: impl Read,
     options: &LogOptions,
@@ -100,8 +99,8 @@ pub fn read_log(
     Ok((log.trajectory, log.report))
 }
 
-/// Reads a log for its attitudes, which are those of positions that something else measured; its own positions come
-/// along to compare with.
+/// Reads a log for its attitudes, for use with positions of another source; the log's own positions are
+/// returned for comparison.
 ///
 /// # Errors
 /// As [`read_log`]. A log without positions is refused: they carry its GPS time.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::geoid::GeoidGrid;
 
-/// Whether the attitude of a gimbal is wanted, and of which.
+/// Whether the attitude of a gimbal is requested, and of which one.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum GimbalChoice {
     /// Of none.
@@ -18,7 +18,7 @@ pub enum GimbalChoice {
 }
 
 impl GimbalChoice {
-    /// The name of the one wanted, if it is named.
+    /// The name of the requested gimbal, if named.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         match self {
@@ -39,12 +39,13 @@ pub struct LogOptions {
     pub source: Option<String>,
     /// Source of the attitudes by its name; none: the only one.
     pub attitude_source: Option<String>,
-    /// Whose attitude each position has beside the vehicle's.
+    /// Source of each position's attitude in addition to the vehicle's.
     pub gimbal: GimbalChoice,
     /// Of several sources that are as good, the first is taken and the others are named, instead of
     /// refusing to choose.
     pub takes_first: bool,
-    /// The same of several sources of positions alone, unnamed: for a log that is read for its attitudes.
+    /// These options with several unnamed sources of positions allowed: for a log that is read for its
+    /// attitudes.
     pub takes_first_positions: bool,
     /// Grid of the geoid, by which heights above the sea become heights above the ellipsoid.
     pub geoid: Option<Arc<GeoidGrid>>,
@@ -68,49 +69,49 @@ impl Default for LogOptions {
 }
 
 impl LogOptions {
-    /// The same with an origin of the local frame.
+    /// These options with an origin of the local frame.
     #[must_use]
     pub const fn with_origin(mut self, origin: Geodetic) -> Self {
         self.origin = Some(origin);
         self
     }
 
-    /// The same with that source of the positions.
+    /// These options with that source of the positions.
     #[must_use]
     pub fn with_source(mut self, name: impl Into<String>) -> Self {
         self.source = Some(name.into());
         self
     }
 
-    /// The same with that source of the attitudes.
+    /// These options with that source of the attitudes.
     #[must_use]
     pub fn with_attitude_source(mut self, name: impl Into<String>) -> Self {
         self.attitude_source = Some(name.into());
         self
     }
 
-    /// The same with the attitude of a gimbal.
+    /// These options with the attitude of a gimbal.
     #[must_use]
     pub fn with_gimbal(mut self, gimbal: GimbalChoice) -> Self {
         self.gimbal = gimbal;
         self
     }
 
-    /// The same taking the first of several sources.
+    /// These options with the first of several sources.
     #[must_use]
     pub const fn taking_first(mut self) -> Self {
         self.takes_first = true;
         self
     }
 
-    /// The same for the attitudes, whatever the positions.
+    /// These options for the attitudes alone, whatever the positions.
     #[must_use]
     pub const fn for_attitudes(mut self) -> Self {
         self.takes_first_positions = true;
         self
     }
 
-    /// The same with a grid of the geoid.
+    /// These options with a grid of the geoid.
     #[must_use]
     pub fn with_geoid(mut self, grid: Arc<GeoidGrid>) -> Self {
         self.geoid = Some(grid);

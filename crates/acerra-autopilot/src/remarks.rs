@@ -1,4 +1,4 @@
-//! What there is to say about a log beside its trajectory.
+//! Remarks on a log in addition to its trajectory.
 
 use acerra_geo::trajectory::Trajectory;
 

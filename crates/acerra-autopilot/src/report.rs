@@ -1,4 +1,4 @@
-//! What a reader found, chose, skipped and assumed.
+//! Report of a reader: format, choices, skipped data, assumptions.
 
 use acerra_geo::trajectory::StatusCounts;
 
@@ -40,7 +40,7 @@ pub struct ClockSummary {
     pub kind: PairKind,
 }
 
-/// What a reader found, chose, skipped and assumed.
+/// Report of a reader: format, choices, skipped data, assumptions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogReport {
     /// The kind of log.
@@ -49,7 +49,7 @@ pub struct LogReport {
     pub sources: Vec<SourceSummary>,
     /// All sources of attitudes.
     pub attitude_sources: Vec<AttitudeSummary>,
-    /// All sources of a gimbal's attitudes; of MCAP only those that can be nothing else.
+    /// All sources of a gimbal's attitudes; in MCAP only unambiguous ones.
     pub gimbal_sources: Vec<AttitudeSummary>,
     /// The source whose positions the trajectory has.
     pub source: SourceSummary,
@@ -57,22 +57,22 @@ pub struct LogReport {
     pub attitude_source: Option<String>,
     /// Positions with an attitude.
     pub attitudes: usize,
-    /// The source of the gimbal's attitudes, where they were asked for.
+    /// The source of the gimbal's attitudes, where requested.
     pub gimbal_source: Option<String>,
     /// Positions with an attitude of the gimbal.
     pub gimbal_attitudes: usize,
-    /// What the heights of the log count from; none for positions in axes of the robot's own.
+    /// Datum of the log's heights; none for positions in the robot's local axes.
     pub height_datum: Option<HeightDatum>,
     /// The autopilot's clock on GPS time, where it was needed.
     pub clock: Option<ClockSummary>,
     /// Positions by the kind of their solution.
     pub statuses: StatusCounts,
-    /// What a user should know before trusting the trajectory.
+    /// Remarks that a user needs before trusting the trajectory.
     pub warnings: Vec<LogWarning>,
 }
 
 impl LogReport {
-    /// Whether the positions are in axes of the robot's own.
+    /// Whether the positions are in the robot's local axes.
     #[must_use]
     pub const fn is_local(&self) -> bool {
         self.height_datum.is_none()
@@ -88,7 +88,7 @@ impl LogReport {
         )
     }
 
-    /// What a user should know before trusting the attitudes at times of other positions.
+    /// Remarks that a user needs before trusting the attitudes at times of other positions.
     #[must_use]
     pub fn attitude_warnings(&self) -> Vec<LogWarning> {
         let own = self.warnings.iter().filter(|w| w.concerns_attitudes());
@@ -102,7 +102,7 @@ impl LogReport {
         own.map(of_attitudes).collect()
     }
 
-    /// Those of the attitudes alone: `attitude of ATT, gimbal of MNT[0]`.
+    /// Sources of the attitudes alone: `attitude of ATT, gimbal of MNT[0]`.
     #[must_use]
     pub fn attitudes_used(&self) -> String {
         let attitude = match &self.attitude_source {
@@ -125,7 +125,7 @@ pub enum LogWarning {
         what: &'static str,
         /// The key that names one.
         key: &'static str,
-        /// What there is to choose from.
+        /// The available sources.
         names: Vec<String>,
     },
     /// Heights count from the sea and stay so.
@@ -164,7 +164,7 @@ pub enum LogWarning {
     NotFixed {
         /// Positions.
         total: usize,
-        /// How many have each status.
+        /// Number of each status.
         statuses: StatusCounts,
     },
     /// Times of the autopilot's clock, put on GPS time by messages of unknown latency.
@@ -186,7 +186,7 @@ pub enum LogWarning {
         /// Of how many.
         total: usize,
     },
-    /// Times of a clock of the log's own.
+    /// Times of a clock of the log without relation to GPS time.
     OwnClock,
     /// No attitude in the log.
     NoAttitude,
@@ -211,7 +211,7 @@ pub enum LogWarning {
         /// How many.
         count: usize,
     },
-    /// Attitudes of a gimbal that count from the vehicle's nose, which nothing gives at their time.
+    /// Attitudes of a gimbal that count from the vehicle's nose, whose heading is unknown at their time.
     GimbalWithoutHeading {
         /// The source.
         source: String,
@@ -234,19 +234,19 @@ pub enum LogWarning {
         /// The source.
         source: String,
     },
-    /// Attitudes of a gimbal that are what the autopilot asked for, not what was measured.
+    /// Attitudes of a gimbal that are the autopilot's commands, not measurements.
     GimbalCommanded {
         /// The source.
         source: String,
     },
     /// Bytes that belong to no record.
     Damaged(Damage),
-    /// What the format's reader remarks.
+    /// Remark of the format's reader.
     Remark(String),
 }
 
 impl LogWarning {
-    /// Whether it concerns the attitudes at their own times, and not the positions alone.
+    /// Whether the remark concerns the attitudes at their own times, and not the positions alone.
     const fn concerns_attitudes(&self) -> bool {
         match self {
             Self::FirstOfSeveral { .. }
@@ -285,9 +285,9 @@ impl std::fmt::Display for LogWarning {
             ),
             Self::SeaLevelHeights { source } => write!(
                 f,
-                "heights of {source} are above the sea and were taken as above the ellipsoid: origin, \
-                 terrain and maps are off by the geoid's height, tens of metres ([image] geoid names a grid \
-                 of it)"
+                "heights of {source} are above the sea and were used as heights above the ellipsoid: \
+                 origin, terrain and maps are off by the geoid's height, tens of metres ([image] geoid \
+                 names a grid of it)"
             ),
             Self::RaisedByGeoid { geoid_m } => write!(
                 f,
@@ -295,16 +295,16 @@ impl std::fmt::Display for LogWarning {
             ),
             Self::OtherDatumLeftOut { count } => write!(
                 f,
-                "{count} positions with a height above the sea alone were left out beside those with one \
-                 above the ellipsoid"
+                "{count} positions with a height above the sea alone were left out in favour of those with \
+                 one above the ellipsoid"
             ),
             Self::WithoutPosition { source, count } => {
                 write!(f, "{count} records of {source} without a fix were left out")
             }
             Self::OtherTimeLeftOut { count } => write!(
                 f,
-                "{count} positions tell another time than the others (leap seconds or a date that the \
-                 receiver did not know yet) and were left out"
+                "{count} positions have another time than the others (leap seconds or a date that the \
+                 receiver did not have yet) and were left out"
             ),
             Self::TimesRepeated { count } => write!(
                 f,
@@ -318,9 +318,9 @@ impl std::fmt::Display for LogWarning {
             ),
             Self::UnknownLatency { what, spread_s } => write!(
                 f,
-                "times of the {what} are the autopilot's, put on GPS time by the least delayed messages of \
-                 the receiver (nine tenths within {:.0} ms): its own latency, usually 0.05 to 0.25 s, is \
-                 not in the log and stays in them",
+                "times of the {what} are the autopilot's, converted to GPS time by the least delayed \
+                 messages of the receiver (nine tenths within {:.0} ms): the receiver's own latency, \
+                 usually 0.05 to 0.25 s, is not in the log and remains in the times",
                 1e3 * spread_s
             ),
             Self::StampedOnArrival { source } => write!(
@@ -330,12 +330,12 @@ impl std::fmt::Display for LogWarning {
             ),
             Self::ClockReadingsLeftOut { count, total } => write!(
                 f,
-                "{count} of {total} readings of GPS time tell another time than the others (leap seconds or \
-                 a date that the receiver did not know yet) and were left out"
+                "{count} of {total} readings of GPS time differ from the others (leap seconds or a date \
+                 that the receiver did not have yet) and were left out"
             ),
             Self::OwnClock => f.write_str(
-                "times count by a clock of the log's own, which nothing ties to GPS time: state \
-                 time_offset_s or let it be found",
+                "times are by a clock of the log without relation to GPS time: state time_offset_s or let \
+                 it be found",
             ),
             Self::NoAttitude => f.write_str(
                 "no attitude in the log: a lever arm is turned by the course of the track",
@@ -359,8 +359,8 @@ impl std::fmt::Display for LogWarning {
                 total,
             } => write!(
                 f,
-                "{count} of {total} attitudes of {source} count from the vehicle's nose, and no attitude of the \
-                 vehicle tells where it pointed then: they were left out"
+                "{count} of {total} attitudes of {source} count from the vehicle's nose, and no attitude of \
+                 the vehicle gives its heading then: they were left out"
             ),
             Self::GimbalFailing {
                 source,
@@ -369,18 +369,19 @@ impl std::fmt::Display for LogWarning {
             } => write!(
                 f,
                 "at {count} of {total} attitudes {source} reports a failure of its encoders, software or \
-                 communication, or that it calibrates: they were taken all the same"
+                 communication, or that it calibrates: they are used nevertheless"
             ),
             Self::GimbalByAutopilot { source } => write!(
                 f,
-                "attitudes of {source} are what the autopilot tells of the gimbal: where mere servos move it nothing \
-                 is measured, and ArduPilot may count the angles from the vehicle instead of the horizon (parameter \
-                 MNT1_TYPE = 1; antenna_axis = \"vertical\" where it keeps level)"
+                "attitudes of {source} are the autopilot's report on the gimbal: where servos move it they \
+                 are commands, not measurements, and ArduPilot may count the angles from the vehicle \
+                 instead of the horizon (parameter MNT1_TYPE = 1; antenna_axis = \"vertical\" where it \
+                 keeps level)"
             ),
             Self::GimbalCommanded { source } => write!(
                 f,
-                "attitudes of {source} are those that the autopilot asked of the gimbal's servos: nothing \
-                 measured where it pointed"
+                "attitudes of {source} are the autopilot's commands to the gimbal's servos, not \
+                 measurements"
             ),
             Self::Damaged(damage) => write!(
                 f,

@@ -1,4 +1,4 @@
-//! What the logs hold, whatever their format: positions, attitudes and clock readings.
+//! Data of logs of every format: positions, attitudes and clock readings.
 
 use acerra_geo::geodesy::Geodetic;
 use acerra_geo::time::GpsTime;
@@ -11,11 +11,11 @@ use crate::format::LogFormat;
 pub enum Stamp {
     /// An instant of GPS time.
     Gps(GpsTime),
-    /// Seconds of the autopilot's own clock, which starts with it.
+    /// Seconds of the autopilot's clock, from its start.
     Boot(f64),
 }
 
-/// What a height counts from.
+/// Datum of a height.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum HeightDatum {
     /// The WGS84 ellipsoid.
@@ -27,9 +27,9 @@ pub enum HeightDatum {
 /// Where a sample was.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
-    /// On the Earth; what its height counts from.
+    /// On the Earth; with the datum of its height.
     Geodetic(Geodetic, HeightDatum),
-    /// In axes of the robot's own, z up (m).
+    /// In the robot's local axes, z up (m).
     Local([f64; 3]),
 }
 
@@ -62,7 +62,7 @@ pub fn gps_time_of_unix_us(micros: i64) -> Option<GpsTime> {
 pub struct PositionSample {
     /// When.
     pub stamp: Stamp,
-    /// The autopilot's clock at its arrival (s), where the log states it beside GPS time.
+    /// The autopilot's clock at its arrival (s), where the log states it with GPS time.
     pub arrival_s: Option<f64>,
     /// Where.
     pub place: Place,
@@ -90,7 +90,7 @@ pub struct AttitudeSample {
 pub enum SourceKind {
     /// A GNSS receiver.
     Gnss,
-    /// The autopilot's own estimate out of GNSS, inertial sensors and barometer.
+    /// The autopilot's estimate from GNSS, inertial sensors and barometer.
     Filter,
 }
 
@@ -110,7 +110,7 @@ pub struct PositionSource {
     pub name: String,
     /// What makes them.
     pub kind: SourceKind,
-    /// Of several of a kind the lowest rank is taken; those of one rank are for the user to choose from.
+    /// Of several of a kind the lowest rank is used; the user chooses among those of one rank.
     pub rank: u8,
     /// The positions.
     pub samples: Vec<PositionSample>,
@@ -129,7 +129,7 @@ pub struct AttitudeSource {
     pub samples: Vec<AttitudeSample>,
 }
 
-/// What the yaw of an attitude counts from.
+/// Reference of an attitude's yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum YawFrom {
     /// North.
@@ -143,11 +143,11 @@ pub enum YawFrom {
 pub enum Teller {
     /// The gimbal, which measures it.
     Gimbal,
-    /// The autopilot: what the gimbal measures, or what it asks of servos.
+    /// The autopilot: the gimbal's measurement, or its own command to servos.
     Autopilot,
-    /// The autopilot, of servos that measure nothing: what it asks of them.
+    /// The autopilot, on servos without feedback: its commands.
     Servos,
-    /// The same, by its version from the horizon or from the vehicle's own axes.
+    /// As above, by its version from the horizon or from the vehicle's own axes.
     ServosOfUnknownFrame,
 }
 
@@ -168,7 +168,7 @@ pub struct GimbalSample {
 }
 
 impl GimbalSample {
-    /// An attitude that the gimbal measured and nothing puts in doubt.
+    /// An attitude measured by the gimbal without a reason for doubt.
     pub const fn new(stamp: Stamp, attitude: Attitude, yaw: YawFrom) -> Self {
         Self {
             stamp,
@@ -193,7 +193,7 @@ pub struct GimbalSource {
     pub without_attitude: usize,
 }
 
-/// A reading of the autopilot's clock beside GPS time.
+/// A reading of the autopilot's clock with GPS time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClockPair {
     /// The autopilot's clock (s).
@@ -244,13 +244,13 @@ pub struct Recording {
     pub attitudes: Vec<AttitudeSource>,
     /// Attitudes of gimbals by source, in the order of their first record.
     pub gimbals: Vec<GimbalSource>,
-    /// Readings of the autopilot's clock beside GPS time.
+    /// Readings of the autopilot's clock with GPS time.
     pub pairs: Vec<ClockPair>,
     /// How they came about.
     pub pair_kind: PairKind,
-    /// What gives such readings in this format.
+    /// Records that give such readings in this format.
     pub pair_source: &'static str,
-    /// Times by a clock of their own will do: those of positions that have no place on the Earth.
+    /// Times by an unrelated clock suffice: those of positions without a place on the Earth.
     pub allows_own_clock: bool,
     /// Bytes that belong to no record.
     pub damage: Damage,

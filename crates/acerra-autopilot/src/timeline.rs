@@ -9,7 +9,7 @@ use crate::sample::{AttitudeSample, PositionSample, PositionSource, Recording, S
 /// Attitudes further apart than this (s) are not interpolated.
 const LONGEST_ATTITUDE_GAP_S: f64 = 0.5;
 
-/// GPS time of a stamp; none of one by the autopilot's clock where no clock was found.
+/// GPS time of a stamp; none for a stamp by the autopilot's clock where its relation to GPS time is unknown.
 pub fn gps_time(stamp: Stamp, clock: Option<&ClockFit>) -> Option<GpsTime> {
     match stamp {
         Stamp::Gps(time) => Some(time),
@@ -73,8 +73,8 @@ impl StatusTrack {
         }
     }
 
-    /// The status of a position. That of a filter is never better than float: what it makes of fixed
-    /// positions with its barometer and accelerometers is not held to centimetres by anything.
+    /// The status of a position. The status of a filter is never better than float: no test shows that its
+    /// combination of fixed positions with barometer and accelerometers is accurate to centimetres.
     pub fn at(&self, time: GpsTime, sample: &PositionSample) -> SolutionStatus {
         if !self.is_filter {
             return sample.status.unwrap_or(SolutionStatus::Unknown);
@@ -86,7 +86,7 @@ impl StatusTrack {
     }
 }
 
-/// Which of `times` belong to the longest strictly rising choice of them, in order.
+/// Members of the longest strictly rising subsequence of `times`, in order.
 ///
 /// One wild time costs itself and not all that follow it.
 pub fn longest_rising(times: &[GpsTime]) -> Vec<usize> {

@@ -172,7 +172,7 @@ fn a_grid_of_the_geoid_raises_heights_above_the_sea_and_must_cover_them() {
         assert!((fix.position_m[2] - position_m(0.1 * k as f64)[2]).abs() < 1e-3);
     }
     let says = |text: &str| report.warnings.iter().any(|w| w.to_string().contains(text));
-    assert!(says("47.25 m at the first position") && !says("taken as above the ellipsoid"));
+    assert!(says("47.25 m at the first position") && !says("used as heights above the ellipsoid"));
     // Heights that the log itself has above the ellipsoid stay.
     let elsewhere = Arc::new(geoid([0.0, 0.0, 3.0, 3.0], 20.0));
     let (track, _) = read(&log(), &at_origin().with_geoid(elsewhere.clone()));

@@ -186,12 +186,12 @@ fn servos_without_feedback_are_told_from_gimbals_by_the_parameters() {
         let (track, report) = read(&with_kind(name, kind), &only);
         check(&track, 0.06);
         assert_eq!(
-            warned(&report, "servos: nothing measured"),
+            warned(&report, "commands to the gimbal's servos"),
             asked,
             "{name} {kind}"
         );
         assert_eq!(
-            warned(&report, "what the autopilot tells"),
+            warned(&report, "the autopilot's report on"),
             unknown,
             "{name} {kind}"
         );
@@ -317,7 +317,7 @@ fn the_flags_of_mavlink_say_what_the_yaw_counts_from() {
         let (track, report) = read(&tlog_of(way), &wanting(GimbalChoice::Only));
         let source = report.gimbal_source.as_deref();
         assert_eq!(source, Some("GIMBAL_DEVICE_ATTITUDE_STATUS[1]"), "{k}");
-        assert!(warned(&report, "what the autopilot tells"));
+        assert!(warned(&report, "the autopilot's report on"));
         check(&track, 0.06);
     }
     let contradicting = |t| GimbalStatus {
@@ -388,10 +388,10 @@ fn the_own_clock_of_a_gimbal_is_put_on_that_of_the_autopilot() {
     let (track, report) = read(&sent(&own), &wanting(GimbalChoice::Only));
     let source = report.gimbal_source.as_deref();
     assert_eq!(source, Some("GIMBAL_DEVICE_ATTITUDE_STATUS[154]"));
-    assert!(!warned(&report, "at their arrival"));
+    assert!(!warned(&report, "that of their arrival"));
     // It turns by 4.5° a second at most: 20 ms are 0.09°.
     check(&track, 0.09);
-    assert!(!warned(&report, "what the autopilot tells"));
+    assert!(!warned(&report, "the autopilot's report on"));
 
     // Without a clock its messages are taken as they arrive, 20 ms early or late of the mean delay.
     let none = |t| GimbalStatus {
@@ -399,7 +399,7 @@ fn the_own_clock_of_a_gimbal_is_put_on_that_of_the_autopilot() {
         ..status(t)
     };
     let (track, report) = read(&sent(&none), &wanting(GimbalChoice::Only));
-    assert!(warned(&report, "at their arrival"));
+    assert!(warned(&report, "that of their arrival"));
     check(&track, 0.18);
 }
 

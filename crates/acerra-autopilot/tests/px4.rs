@@ -196,7 +196,7 @@ fn a_wrong_date_before_the_leap_seconds_are_known_is_left_out_of_the_clock() {
         report
             .warnings
             .iter()
-            .any(|w| w.to_string().contains("10 positions tell another time"))
+            .any(|w| w.to_string().contains("10 positions have another time"))
     );
     let mut bytes = definitions();
     bytes.extend(subscribe(5, 0, "vehicle_global_position"));

@@ -153,7 +153,7 @@ fn odometry_stands_in_axes_of_its_own_with_its_own_attitude() {
         report
             .warnings
             .iter()
-            .any(|w| w.to_string().contains("clock of the log's own"))
+            .any(|w| w.to_string().contains("clock of the log without"))
     );
 }
 

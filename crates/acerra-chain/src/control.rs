@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 pub use acerra_control::Cancelled;
 use acerra_control::Control as OperationControl;
 
-/// Receives how far a long step has come. Calls come from several threads.
+/// Receives the progress of a long step. Calls come from several threads.
 pub trait Progress: Sync {
     /// A step of `total` units begins.
     fn start(&self, name: &str, total: u64);
@@ -60,7 +60,7 @@ impl<'a> Control<'a> {
         self.operation.check()
     }
 
-    /// The cancellation of this run for one operation, which reports nothing.
+    /// The cancellation of this run for one operation, without progress.
     #[must_use]
     pub fn operation(&self) -> OperationControl<'a> {
         self.operation
@@ -86,7 +86,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// So many of its units are done.
+    /// Number of its units that are done.
     pub fn at(&self, done: u64) {
         if let Some(progress) = self.progress {
             progress.at(done);

@@ -30,7 +30,7 @@ pub enum ChainError {
     /// Stage `position`.
     #[error(transparent)]
     Position(#[from] PositionError),
-    /// Stage `position`: the ground and the pixels on it.
+    /// Stage `position`: the ground and the pixels on the ground.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// Stage `align`.

@@ -1,5 +1,5 @@
-//! The processing chain as a library: from raw logs, or arrays in memory, to focused and measured
-//! images. It writes no file and prints nothing.
+//! The processing chain as a library: from raw logs, or arrays in memory, to focused and measured images. The
+//! library writes no file and prints nothing.
 //!
 //! ```text
 //! Campaign ──survey()──► Survey ──read, position──► [Recording] + Scene
@@ -11,12 +11,12 @@
 //!                   ImageSink ◄──looks, slices──    Focused
 //! ```
 //!
-//! - Each stage is a function of its own with the parameters it uses: [`read`], [`position`],
-//!   [`align`], [`clean`], [`focus`], [`measure`].
-//! - A survey is a list of one or more tracks. [`Survey::prepare`] takes them from files,
-//!   [`prepare()`] from memory; [`Prepared::image`] images what was prepared on any pixels.
-//! - [`Control`] follows and cancels a run. [`Journal`] keeps what the stages cost and noticed, also
-//!   when a later stage fails.
+//! - Each stage is a separate function with its own parameters: [`read`], [`position`], [`align`], [`clean`],
+//!   [`focus`], [`measure`].
+//! - A survey is a list of one or more tracks. [`Survey::prepare`] takes them from files, [`prepare()`] from
+//!   memory; [`Prepared::image`] images the prepared survey on any pixels.
+//! - [`Control`] follows and cancels a run. [`Journal`] keeps cost and remarks of the stages, also when a
+//!   later stage fails.
 //! - [`ImageSink`] receives looks and volume slices one by one.
 //!
 //! ```

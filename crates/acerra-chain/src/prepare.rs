@@ -54,16 +54,16 @@ pub struct Prepared {
     pub spectrum: Spectrum,
     /// The permittivity of the ground, where it was found from the data.
     pub permittivity: Option<PermittivityFound>,
-    /// What an autofocus found, where one was run.
+    /// Result of an autofocus, where one was run.
     pub correction: Option<PathCorrection>,
 }
 
-/// What is known of a track, beside its traces and spectra.
+/// Data on a track, in addition to its traces and spectra.
 #[derive(Clone, Debug)]
 pub struct Track {
     /// What it is called.
     pub name: String,
-    /// What its radar measured, in words.
+    /// What the radar measured, in words.
     pub radar: RadarLabel,
     /// Traces in its log.
     pub traces_in_log: usize,
@@ -71,7 +71,7 @@ pub struct Track {
     pub lever_arm_m: [f64; 3],
     /// Its positions, in the first track's frame.
     pub positions: Positions,
-    /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
+    /// Whether a file gives the positions in a local frame whose axes nothing confirms.
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
     pub log_sources: LogSources,
@@ -81,31 +81,31 @@ pub struct Track {
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
     pub search: Option<OffsetSearch>,
-    /// The clock recorded beside the radar log, when the offset is its.
+    /// The clock recorded with the radar log, where the offset is by this clock.
     pub recorded_clock: Option<LoggedClock>,
-    /// What height and motion say of every offset, where they say anything.
+    /// Likelihood of every offset by height and motion, where these depend on the offset.
     pub likelihood: Option<OffsetLikelihood>,
-    /// How the fast time at which range is zero was found, when that was asked for.
+    /// How the fast time at which range is zero was found, where the campaign left it open.
     pub delay: Option<DelayFound>,
     /// The gate in force.
     pub gate_ns: Gate,
     /// Whether the fast time at which range is zero was stated, rather than found from the surface.
     pub is_calibrated: bool,
-    /// What was subtracted from its traces.
+    /// Background subtracted from its traces.
     pub background: Background,
     /// Its traces before and after cleaning; none where the log holds spectra.
     pub cleaned: Option<CleanedTraces>,
     /// Delay and phase taken off.
     pub calibration: TrackCalibration,
-    /// Which of the survey's traces and spectra are its own.
+    /// Ranges of this track's traces and spectra among the survey's.
     pub range: Range<usize>,
-    /// First and last trace of the log that was selected for its motion; none where all were taken.
+    /// First and last trace of the log that was selected for its motion; none where all were used.
     pub moving: Option<[usize; 2]>,
 }
 
 impl Track {
-    /// Whether the surface echo at the height of the positions set the fast time at which range is zero: an error
-    /// of that height is one of it.
+    /// Whether the surface echo at the height of the positions set the fast time at which range is zero: an
+    /// error of the height is then an error of that time.
     #[must_use]
     pub fn has_zero_by_surface(&self) -> bool {
         // Logs of spectra have no fast time to shift.
@@ -118,7 +118,7 @@ impl Track {
         self.lever_arm_m[0].hypot(self.lever_arm_m[1])
     }
 
-    /// Whether the log of its positions holds attitudes; positions in the radar's own file need none.
+    /// Whether the log of its positions holds attitudes; positions in the radar's own file need no attitudes.
     #[must_use]
     pub fn has_attitude(&self) -> bool {
         match &self.positions {
@@ -129,7 +129,7 @@ impl Track {
         }
     }
 
-    /// What was selected of its log.
+    /// Selection from its log.
     #[must_use]
     pub fn selected(&self) -> Select {
         self.moving.map_or(Select::All, Select::Range)
@@ -141,7 +141,7 @@ impl Track {
 /// The pixels of `scene` are where the search of a clock offset and of a common target look.
 ///
 /// # Errors
-/// The first stage that fails; what the stages noticed until then is in the journal.
+/// The first stage that fails; remarks of the stages until then are in the journal.
 pub fn prepare(
     mut recordings: Vec<Recording>,
     scene: Scene,
@@ -189,8 +189,8 @@ pub fn prepare(
     })
 }
 
-/// Aligns, cleans and calibrates recordings whose offsets, delays and gates are stated, as often as
-/// wanted: nothing is searched, and what the data say of the settings is not looked at.
+/// Aligns, cleans and calibrates recordings whose offsets, delays and gates are stated, as often as needed:
+/// nothing is searched, and no likelihood of a setting is computed.
 ///
 /// # Errors
 /// A setting that is left to the data; the first stage that fails.
@@ -224,7 +224,7 @@ pub fn prepare_as_stated(
     join(tracks, echoes, scene, None)
 }
 
-/// What a recording measured, where, and over what.
+/// Data of a recording, their positions, and the ground below.
 fn flight_of<'a>(recording: &'a Recording, scene: &'a Scene) -> Flight<'a> {
     Flight {
         radar: &recording.radar.content,
@@ -250,7 +250,7 @@ fn clean_track(
     Ok(parts(recording, clocked, cleaned))
 }
 
-/// The scene with its ground found, where that is left to the data.
+/// The scene with its ground found, where the campaign leaves the ground to the data.
 fn settle_ground(
     recordings: &[Recording],
     scene: Scene,
@@ -266,7 +266,8 @@ fn settle_ground(
 /// Share of the image without a trace near it from which an extrapolated surface is named.
 const NAMED_BEYOND: f64 = 0.05;
 
-/// The scene over the surface that the radar shows, and the heights of the traces above it, where that is asked for.
+/// The scene over the surface by the radar, and the heights of the traces above it, where the campaign uses
+/// this surface.
 fn over_surface(
     recordings: &[Recording],
     scene: Scene,
@@ -313,7 +314,7 @@ fn over_surface(
     Ok((scene, clocked))
 }
 
-/// What is kept of a recording for good, and what the calibration corrects.
+/// Results kept for a recording, and values that the calibration corrects.
 fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, TrackEchoes) {
     let calibration = TrackCalibration::given(recording.options.known_error);
     let track = Track {
@@ -405,7 +406,7 @@ impl Prepared {
         &self.tracks[0]
     }
 
-    /// The traces of a survey of one track before and after cleaning, where its log holds traces.
+    /// The traces of a survey of one track before and after cleaning, where the track's log holds traces.
     #[must_use]
     pub fn cleaned(&self) -> Option<&CleanedTraces> {
         match self.tracks.as_slice() {
@@ -414,7 +415,7 @@ impl Prepared {
         }
     }
 
-    /// The cleaned traces of a track with their places, for a file of another kind; none where its log holds spectra.
+    /// The cleaned traces of a track with their places, for export; none where the track's log holds spectra.
     #[must_use]
     pub fn cleaned_channel(&self, track: &Track) -> Option<acerra_formats::Channel> {
         let own = track.range.clone();
@@ -457,7 +458,7 @@ impl Prepared {
         self.tracks.iter().flat_map(of).collect()
     }
 
-    /// The same of one track: those of the recorded window and the gate, or without bounds of spectra.
+    /// Ranges held by one track: those of the recorded window and the gate, or unbounded for spectra.
     #[must_use]
     pub fn ranges_held_by_m(&self, track: &Track) -> Vec<[f64; 2]> {
         let half_speed_m_s = 0.5 * self.scene.light_speed_m_s;
@@ -485,7 +486,7 @@ impl Prepared {
             .collect()
     }
 
-    /// What is doubtful about an image before it is made.
+    /// Doubts about an image before it is made.
     #[must_use]
     pub fn doubts(&self, request: &ImageRequest) -> Warnings {
         let mut warnings = Warnings::default();
@@ -511,7 +512,7 @@ impl Prepared {
         ];
         for (_, cause) in causes.iter().filter(|(applies, _)| *applies) {
             warnings.add(format!(
-                "{cause}: expected widths, sidelobes, ghosts and deviations of targets are those of one \
+                "{cause}: expected widths, sidelobes, ghosts and deviations of targets are computed for one \
                  antenna in air"
             ));
         }

@@ -39,7 +39,7 @@ pub struct Survey {
 /// The files of a track, and how they are brought together.
 #[derive(Clone, Debug)]
 pub struct TrackSource {
-    /// What it is called in reports and messages.
+    /// Name in reports and messages.
     pub name: String,
     /// The radar log.
     pub radar: PathBuf,
@@ -70,8 +70,8 @@ impl Survey {
     /// Reads, positions, aligns, cleans and calibrates the tracks.
     ///
     /// # Errors
-    /// The first stage that fails; the message names the file, the place, what was expected and
-    /// found. What the stages noticed until then is in the journal.
+    /// The first stage that fails; the message names the file, the place, what was expected and found.
+    /// Remarks of the stages until then are in the journal.
     pub fn prepare(
         &self,
         journal: &mut Journal,
@@ -128,7 +128,7 @@ impl Survey {
         self.tracks.iter().map(read).collect()
     }
 
-    /// The finding with the track's name behind its own, where there are several tracks.
+    /// The finding with the track's name appended to its own, where there are several tracks.
     fn named(&self, track: &TrackSource, mut finding: Finding) -> Finding {
         if self.tracks.len() > 1 {
             finding.name = format!("{} of {}", finding.name, track.name);
@@ -184,9 +184,9 @@ struct SettledOffset {
     clock: Option<LoggedClock>,
 }
 
-/// The offset of a track: as stated, or that of the clock recorded beside the radar log, where that is asked
-/// for or nothing is stated. Both the clock and the positions must be on GPS time, so that positions of
-/// another week do not fit.
+/// The offset of a track: as stated, or that of the clock recorded with the radar log, where the campaign
+/// asks for the recorded clock or states no offset. Both the clock and the positions must be on GPS time, so
+/// that positions of another week do not fit.
 fn settle_offset(
     track: &TrackSource,
     radar: &RadarData,

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[error("cancelled")]
 pub struct Cancelled;
 
-/// How far an operation has come, in units of its own: contributions, epochs, iterations.
+/// Progress of an operation, in its own units: contributions, epochs, iterations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Units done so far.

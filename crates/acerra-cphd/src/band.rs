@@ -19,7 +19,7 @@ impl CommonBand {
     /// The band within which every pulse of `vectors` has its samples.
     ///
     /// # Errors
-    /// Pulses with frequencies of their own, no band that they share.
+    /// Pulses with different frequencies and no common band.
     pub fn of(vectors: &[Pulse], channel: &ChannelLayout) -> Result<Self, ReadError> {
         let normal = || vectors.iter().filter(|v| v.is_normal);
         let Some(model) = normal().next() else {

@@ -19,7 +19,7 @@ pub(crate) const RELEASE: &str = "UNRESTRICTED";
 /// (degrees), ellipsoidal height (m).
 pub(crate) const ORIGIN: &str = "LOCAL_FRAME_ORIGIN_DEG_M";
 
-/// What a file is written from.
+/// Content of a file to write.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Document<'a> {
     pub history: &'a PhaseHistory<'a>,

@@ -10,7 +10,7 @@ pub enum WriteError {
     #[error("expected one channel or more, found none")]
     NoChannel,
     /// Two channels of one name.
-    #[error("channel {name:?}: expected a name of its own, found it twice")]
+    #[error("channel {name:?}: expected different names, found this one twice")]
     SameName {
         /// The name.
         name: String,
@@ -20,7 +20,7 @@ pub enum WriteError {
     TooFew {
         /// The channel.
         name: String,
-        /// What there is too little of.
+        /// Kind of the shortage.
         what: &'static str,
         /// How many there are.
         found: usize,

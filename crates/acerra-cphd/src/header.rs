@@ -112,7 +112,7 @@ impl Fields {
         Err(ReadError::Header {
             byte: bytes.len() as u64,
             expected: "a form feed at the end of the header".to_owned(),
-            found: "the end of what is read of it".to_owned(),
+            found: "the end of the part that is read".to_owned(),
         })
     }
 

@@ -14,7 +14,7 @@ use crate::model::Description;
 
 /// Elements of the XML block that are read at most.
 const MAX_NODES: u32 = 1 << 20;
-/// Distance from the centre of the Earth of places that are taken for such on it (m).
+/// Distance from the centre of the Earth of places on the Earth (m).
 const ON_EARTH_M: std::ops::Range<f64> = 6.2e6..6.6e6;
 
 /// What to read of a file.
@@ -37,14 +37,14 @@ impl Default for ReadOptions {
 }
 
 impl ReadOptions {
-    /// The same for the channel of this name.
+    /// These limits for the channel of this name.
     #[must_use]
     pub fn with_channel(mut self, channel: impl Into<String>) -> Self {
         self.channel = Some(channel.into());
         self
     }
 
-    /// The same with another number of samples held.
+    /// These limits with another number of samples held.
     #[must_use]
     pub const fn with_max_samples(mut self, max_samples: usize) -> Self {
         self.max_samples = max_samples;
@@ -155,7 +155,7 @@ impl Layout {
     }
 }
 
-/// Refuses what the reader does not understand.
+/// Refuses unsupported properties.
 fn supported(root: &Element<'_, '_>) -> Result<(), ReadError> {
     let refuse = |what, expected, found: &str| {
         Err(ReadError::Unsupported {
@@ -328,7 +328,7 @@ fn calendar(text: &str) -> Option<Calendar> {
     .ok()
 }
 
-/// An element with its path, for messages. Namespaces are not looked at: versions differ in theirs.
+/// An element with its path, for messages. Namespaces are ignored: they differ between versions.
 struct Element<'a, 'input> {
     node: Node<'a, 'input>,
     path: String,

@@ -18,14 +18,14 @@ pub struct PhaseHistory<'a> {
     pub start: Option<GpsTime>,
     /// The channels: one a track.
     pub channels: Vec<Channel<'a>>,
-    /// What the data are and where they come from.
+    /// Description and source of the data.
     pub description: Description,
 }
 
-/// What phase history data are and where they come from.
+/// Description and source of phase history data.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Description {
-    /// What the collection is called.
+    /// Name of the collection.
     pub name: String,
     /// The radar.
     pub collector: String,
@@ -36,7 +36,7 @@ pub struct Description {
 /// The pulses of one track.
 #[derive(Clone, Debug)]
 pub struct Channel<'a> {
-    /// What it is called; unique in its file.
+    /// Its name; unique in its file.
     pub name: String,
     /// Time of each pulse, `[M]`, rising (s).
     pub time_s: Vec<f64>,

@@ -8,7 +8,7 @@ use crate::header::Block;
 use crate::layout::{ChannelLayout, Parameters, is_on_earth};
 use crate::model::SPEED_OF_LIGHT_M_S;
 
-/// Two-way path by which transmitter and receiver may differ from an antenna between them
+/// Largest difference of the two-way path by transmitter and receiver from that by an antenna between them
 /// (wavelengths).
 const MAX_SEPARATION: f64 = 1.0 / 32.0;
 /// Distance from the centre of the Earth below which there is no antenna (m).
@@ -16,7 +16,7 @@ const INSIDE_EARTH_M: f64 = 6.2e6;
 /// Value of the parameter SIGNAL of vectors that hold echoes.
 const NORMAL_SIGNAL: i64 = 1;
 
-/// What is used of a vector's parameters.
+/// Used parameters of a vector.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pulse {
     pub number: usize,
@@ -97,7 +97,7 @@ impl RawPulse<'_> {
         let vector = Pulse {
             number: self.number,
             is_normal: at.signal.is_none_or(|at| self.integer(at) == NORMAL_SIGNAL),
-            // The echo of the reference point comes so much later.
+            // Additional delay of the reference point's echo.
             time_s: self.number(at.transmit_time) + range_m / SPEED_OF_LIGHT_M_S,
             place_m,
             srp_delay_s: 2.0 * range_m / SPEED_OF_LIGHT_M_S,
@@ -136,7 +136,7 @@ impl RawPulse<'_> {
         let wavelength_m = SPEED_OF_LIGHT_M_S / vector.first_hz;
         if excess_m > MAX_SEPARATION * wavelength_m {
             let expected =
-                "the place of transmission, within what one antenna between them explains";
+                "the place of transmission, within the tolerance of one antenna between them";
             return Err(self.wrong("RcvPos", expected, format!("{apart_m:.3} m from it")));
         }
         Ok(vector)

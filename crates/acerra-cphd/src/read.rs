@@ -24,12 +24,12 @@ pub struct CphdFile {
     pub left_out: usize,
 }
 
-/// Reads a channel of a CPHD file: monostatic data in the frequency domain, whose frequencies are the
-/// same for all pulses.
+/// Reads a channel of a CPHD file: monostatic data in the frequency domain, whose frequencies are equal for
+/// all pulses.
 ///
-/// Positions are given in a local frame about the origin that Acerra writes into its files, or else about
-/// the reference point of the image area. Amplitude factors are applied, samples outside of the band
-/// stated and vectors without a signal are left out. Memory is taken only for what the file holds.
+/// Positions are given in a local frame about the origin that Acerra writes into its files, or else about the
+/// reference point of the image area. Amplitude factors are applied, samples outside of the band stated and
+/// vectors without a signal are left out. Memory is allocated only for data that the file holds.
 ///
 /// # Errors
 /// Another kind of file, blocks that do not lie in the file, XML that is malformed or describes unusable data,

@@ -29,7 +29,7 @@ pub(crate) const PARAMETERS: [(&str, usize, &str); 18] = [
 ];
 const XYZ: &str = "X=F8;Y=F8;Z=F8;";
 
-/// Words of all parameters of a vector.
+/// Number of words of a vector's parameters.
 pub(crate) const WORDS: usize = 28;
 
 /// Sampling beyond the Nyquist rate that the format asks of frequencies: the span of fast time that a
@@ -53,7 +53,7 @@ pub(crate) struct Vector {
     pub doppler: f64,
 }
 
-/// The vectors of a channel, and what they have in common.
+/// The vectors of a channel, and their common properties.
 #[derive(Clone, Debug)]
 pub(crate) struct Vectors {
     pub all: Vec<Vector>,
@@ -144,7 +144,7 @@ impl Vectors {
         self.extent(|v| v.toa_s)
     }
 
-    /// Whether the delays are the same for all vectors.
+    /// Whether the delays are equal for all vectors.
     pub fn is_toa_fixed(&self) -> bool {
         self.all.iter().all(|v| v.toa_s == self.all[0].toa_s)
     }

@@ -15,7 +15,7 @@ use crate::vectors::{Vectors, WORDS};
 
 /// Ends the header, and the XML block.
 pub(crate) const SECTION_END: &[u8] = b"\x0c\n";
-/// Blocks of numbers begin at multiples of so many bytes.
+/// Blocks of numbers begin at multiples of this number of bytes.
 const ALIGNMENT: usize = 8;
 /// Time between the start of the collection and the first pulse at least (s), so that no transmit time
 /// is negative.
@@ -69,11 +69,11 @@ pub fn write_cphd(
     Ok(out.flush()?)
 }
 
-/// The same history with times that count from a whole second before its first pulse.
+/// This history with times that count from a whole second before its first pulse.
 fn from_whole_second<'a>(history: &'a PhaseHistory<'_>) -> (Option<GpsTime>, PhaseHistory<'a>) {
     let first_s = history.channels.iter().filter_map(|c| c.time_s.first());
     let first_s = first_s.copied().fold(f64::INFINITY, f64::min) - LEAD_S;
-    // Second zero of the file, on the history's own clock.
+    // Second zero of the file, on the history's clock.
     let (start, zero_s) = match history.start {
         Some(start) => {
             let mut whole = GpsTime::new((start + first_s).seconds(), 0.0);
@@ -108,8 +108,8 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// The header of a file with blocks of these sizes: XML, parameters, signals. Its own length
-    /// depends on the offsets it states.
+    /// The header of a file with blocks of these sizes: XML, parameters, signals. The header's length depends
+    /// on the offsets in it.
     fn of([xml, vectors, signals]: [usize; 3]) -> Self {
         let mut header_length = 0;
         loop {

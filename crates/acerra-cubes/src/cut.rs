@@ -4,7 +4,7 @@ use num_complex::Complex32;
 
 /// A value as stored in a chunk.
 pub(crate) trait Stored: Copy + Sync {
-    /// What fills a chunk beyond the edge of its array.
+    /// Fill value of a chunk beyond the edge of its array.
     const FILL: Self;
     /// Appends its bytes, the least significant first.
     fn put(self, bytes: &mut Vec<u8>);

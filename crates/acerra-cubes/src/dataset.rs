@@ -114,7 +114,7 @@ impl From<Vec<i32>> for Values<'_> {
     }
 }
 
-/// An array over dimensions; none of them for a single value.
+/// An array over dimensions, or a single value without dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable<'a> {
     /// What it is called.
@@ -139,7 +139,7 @@ impl<'a> Variable<'a> {
         }
     }
 
-    /// The same with an attribute more.
+    /// This variable with one more attribute.
     #[must_use]
     pub fn with(mut self, name: &str, value: impl Into<Attribute>) -> Self {
         self.attributes.push((name.to_owned(), value.into()));
@@ -201,7 +201,7 @@ impl StackShape {
     }
 }
 
-/// Variables, the dimensions they share, and what they are.
+/// Variables, their shared dimensions, and attributes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dataset<'a> {
     /// Dimensions with their lengths, in order.

@@ -13,8 +13,8 @@ pub enum CubeError {
         /// The name.
         name: String,
     },
-    /// Two variables or dimensions of one name.
-    #[error("{name}: expected a name of its own, found it twice")]
+    /// Two variables or dimensions with one name.
+    #[error("{name}: expected different names, found this one twice")]
     SameName {
         /// The name.
         name: String,

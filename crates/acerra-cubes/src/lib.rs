@@ -7,8 +7,8 @@
 //!                     └─VtiWriter──► VTK image data: ParaView, PyVista
 //! ```
 //!
-//! Attributes follow the Climate and Forecast conventions (CF 1.11): `units`, `long_name`,
-//! `standard_name`; a variable that bears the name of its only dimension holds its coordinates.
+//! Attributes follow the Climate and Forecast conventions (CF 1.11): `units`, `long_name`, `standard_name`; a
+//! variable named like its only dimension holds the coordinates of that dimension.
 //!
 //! ```
 //! use acerra_cubes::{Attribute, Dataset, Values, Variable, write_zarr};

@@ -16,7 +16,7 @@ pub struct VtiGrid {
     pub spacing_m: [f64; 3],
     /// Points along x, y and z; one along z for a plane.
     pub points: [usize; 3],
-    /// Whether points have heights of their own.
+    /// Whether every point has a separate height.
     pub has_heights: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Axes: what they show, in which unit, over which range.
+//! Axes: quantity, unit and range.
 
 /// How values are spread along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum AxisScale {
     Log,
 }
 
-/// An axis: what it shows, in which unit, and over which range.
+/// An axis: quantity, unit and range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
     /// The quantity.
@@ -35,7 +35,7 @@ impl Axis {
         }
     }
 
-    /// The same axis, logarithmic.
+    /// This axis, logarithmic.
     #[must_use]
     pub fn log(self) -> Self {
         Self {
@@ -44,7 +44,7 @@ impl Axis {
         }
     }
 
-    /// The same axis, over `[low, high]`.
+    /// This axis, over `[low, high]`.
     #[must_use]
     pub fn range(self, low: f64, high: f64) -> Self {
         Self {
@@ -61,8 +61,7 @@ impl Axis {
         }
     }
 
-    /// The range to show: as stated, else that of `values`, widened by `pad` of itself; never
-    /// empty.
+    /// The range to show: as stated, else that of `values`, widened by the share `pad`; never empty.
     pub(super) fn resolve(&self, values: impl Iterator<Item = f64>, pad: f64) -> [f64; 2] {
         let log = self.scale == AxisScale::Log;
         let usable = |v: f64| v.is_finite() && (!log || v > 0.0);

@@ -28,7 +28,7 @@ impl ColourBar {
 /// Width of the bar in CSS pixels.
 pub(super) const BAR: f32 = 14.0;
 
-/// How far a caption along the bar may reach beyond it, above and below together.
+/// Largest excess of a caption along the bar over the bar's length, above and below together.
 const BEYOND: f32 = 40.0;
 
 impl ColourBar {
@@ -43,7 +43,8 @@ impl ColourBar {
     }
 }
 
-/// Lays out `bar` to the right of `plot`, within a figure of `width` CSS pixels, with its caption where that has room.
+/// Lays out `bar` to the right of `plot`, within a figure of `width` CSS pixels, with its caption where the
+/// caption fits.
 pub(super) fn colour_bar(bar: &ColourBar, plot: &Rect, ticks: Vec<Tick>, width: f32) -> Vec<Item> {
     let rect = Rect {
         x: plot.right() + 14.0,
@@ -95,7 +96,7 @@ pub(super) fn colour_bar(bar: &ColourBar, plot: &Rect, ticks: Vec<Tick>, width: 
     items
 }
 
-/// The bar as a figure of its own, `height` CSS pixels long.
+/// The bar as a separate figure, `height` CSS pixels long.
 pub(super) fn alone(bar: &ColourBar, height: f32) -> Drawing {
     let axis = bar.axis();
     let ticks = match axis.scale {

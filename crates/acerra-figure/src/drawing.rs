@@ -245,13 +245,13 @@ pub struct Drawing {
     pub height_px: u32,
     /// Device pixels per CSS pixel in the PNG.
     pub scale: u32,
-    /// What the figure shows, for readers who cannot see it.
+    /// Description for readers who cannot see the figure.
     pub description: String,
     pub(super) items: Vec<Item>,
 }
 
 impl Drawing {
-    /// The same figure, described by `description` for readers who cannot see it.
+    /// This figure, described by `description` for readers who cannot see it.
     #[must_use]
     pub fn described(self, description: impl Into<String>) -> Self {
         Self {
@@ -261,7 +261,7 @@ impl Drawing {
     }
 }
 
-/// Device pixels per CSS pixel unless a figure says otherwise: crisp on dense screens and in print.
+/// Default device pixels per CSS pixel: crisp on dense screens and in print.
 pub(super) const DEFAULT_SCALE: u32 = 2;
 
 pub(super) fn line(points: Vec<(f32, f32)>, stroke: Stroke) -> Item {

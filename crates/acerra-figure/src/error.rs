@@ -1,4 +1,4 @@
-//! What can keep a figure from being drawn.
+//! Errors of drawing a figure.
 
 /// A figure that cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -14,7 +14,7 @@ pub enum FigureError {
         /// Values given.
         found: usize,
     },
-    /// There is nothing to draw: an empty grid, or a grid whose extent is not a finite number.
+    /// No data to draw: an empty grid, or a grid whose extent is not a finite number.
     #[error("{what}: nothing to draw ({reason})")]
     NothingToDraw {
         /// The figure or array.

@@ -1,7 +1,7 @@
 //! Text for SVG.
 
-/// Escapes what has a meaning in SVG text and attribute values; control characters, which neither
-/// may hold, become the replacement character.
+/// Escapes characters with a meaning in SVG text and attribute values; control characters, which neither may
+/// hold, become the replacement character.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {

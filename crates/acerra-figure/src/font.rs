@@ -103,8 +103,8 @@ impl OutlinePen for Outline {
     }
 }
 
-/// The outline of `text` at `size_px`, its baseline starting at the origin, y downwards; none
-/// where nothing would be inked.
+/// The outline of `text` at `size_px`, its baseline starting at the origin, y downwards; none where the text
+/// has no visible glyph.
 pub(super) fn outline(text: &str, size_px: f32) -> Option<tiny_skia::Path> {
     let font = &*FACE;
     let outlines = font.outline_glyphs();

@@ -15,7 +15,7 @@ use super::ticks::{self, Tick};
 /// How large the plot is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Size {
-    /// The whole figure's width, and the plot's own height.
+    /// The whole figure's width, and the height of its plot.
     Free { width: f32, plot_height: f32 },
     /// The whole figure's greatest width and the plot's greatest height; one unit of x is as long
     /// as one of y.
@@ -37,7 +37,7 @@ pub(super) struct TopAxis {
     pub ticks: Vec<Tick>,
 }
 
-/// What a frame is laid out from.
+/// Input of a frame's layout.
 pub(super) struct FrameSpec<'a> {
     pub title: &'a str,
     pub x: &'a Axis,
@@ -282,8 +282,8 @@ impl Frame {
         (x.is_finite() && y.is_finite()).then_some((x, y))
     }
 
-    /// Puts the contents into the frame: `ground` lies under the grid lines, `inside` is clipped to
-    /// the plot, `above` may reach out of it.
+    /// Adds the contents to the frame: `ground` lies under the grid lines, `inside` is clipped to the plot,
+    /// `above` may extend beyond it.
     pub fn finish(
         self,
         ground: Vec<Item>,

@@ -13,7 +13,7 @@ use super::pixel_values::PixelValues;
 use super::resample::peak_pool;
 use rayon::prelude::*;
 
-/// An image in decibels below its maximum, over axes in metres, with what was found in it.
+/// An image in decibels below its maximum, over axes in metres, with its targets.
 ///
 /// ```
 /// use acerra_figure::{ImageDb, PixelValues};
@@ -43,7 +43,7 @@ pub struct ImageDb<'a> {
     pub pixel_m: f64,
     /// The levels shown.
     pub window: LevelWindow,
-    /// A gain over the image for display, such as one that makes up for range.
+    /// A gain over the image for display, such as one that compensates range.
     pub gain: Option<DisplayGain>,
     /// The level shown as 0 dB, in dB against amplitude 1; the largest level, the gain included,
     /// where not given.
@@ -70,7 +70,7 @@ pub struct ImageDb<'a> {
     pub width_px: f32,
     /// Greatest height of the plot in CSS pixels.
     pub plot_height_px: f32,
-    /// Reference and floor, where they were looked for before.
+    /// Reference and floor, where computed before.
     settled: Option<Levels>,
 }
 
@@ -104,7 +104,7 @@ impl<'a> ImageDb<'a> {
         }
     }
 
-    /// The same image with pixel (0, 0) centred on (`x0_m`, `y0_m`) and pixels of `pixel_m`.
+    /// This image with pixel (0, 0) centred on (`x0_m`, `y0_m`) and pixels of `pixel_m`.
     #[must_use]
     pub fn at(self, x0_m: f64, y0_m: f64, pixel_m: f64) -> Self {
         Self {
@@ -171,7 +171,7 @@ impl<'a> ImageDb<'a> {
         Ok(frame.finish(vec![raster], false, items, Vec::new()))
     }
 
-    /// What the colours mean, as a figure of its own: the colour bar with its ticks and caption.
+    /// Legend of the colours as a separate figure: the colour bar with its ticks and caption.
     ///
     /// ```
     /// use acerra_figure::{ImageDb, PixelValues};
@@ -204,8 +204,8 @@ impl<'a> ImageDb<'a> {
         self.settled.unwrap_or_else(|| self.found_levels())
     }
 
-    /// The same image with the levels of another figure of the same pixels, gain and window, so that they are not
-    /// looked for again.
+    /// This image with the levels of another figure of the same pixels, gain and window, so that they are not
+    /// computed again.
     #[must_use]
     pub const fn with_levels(mut self, levels: Levels) -> Self {
         self.settled = Some(levels);
@@ -245,7 +245,7 @@ impl<'a> ImageDb<'a> {
         }
     }
 
-    /// Reference and floor. The percentile is that of an even sample of the pixels.
+    /// Reference and floor. The percentile is computed from an even sample of the pixels.
     fn found_levels(&self) -> Levels {
         let size = (self.nx, self.ny);
         let level = |column: usize, row: usize| {
@@ -320,7 +320,7 @@ impl<'a> ImageDb<'a> {
     }
 }
 
-/// Height of a colour bar that is a figure of its own, in CSS pixels: its caption fits.
+/// Height of a colour bar as a separate figure, in CSS pixels: its caption fits.
 const LEGEND_HEIGHT_PX: f32 = 300.0;
 
 /// Pixels from which a percentile is taken, at most.

@@ -1,4 +1,4 @@
-//! What is marked on an image: track, targets, ghosts and surveyed points.
+//! Marks on an image: track, targets, ghosts and surveyed points.
 
 use super::colour::Colour;
 use super::drawing::{Item, Stroke, Text, line};
@@ -38,7 +38,7 @@ pub struct SurveyMark {
     pub y_m: f64,
     /// Its name.
     pub label: String,
-    /// Distance to the target that is taken for it, in metres; none where there is no such target.
+    /// Distance to its target, in metres; none where it has no target.
     pub target_distance_m: Option<f64>,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct Marks<'a> {
     pub targets: &'a [TargetMark],
     pub ghosts: &'a [GhostMark],
     pub survey: &'a [SurveyMark],
-    /// Extent of the image in metres along x and y: what lies outside is neither drawn nor named.
+    /// Extent of the image in metres along x and y: marks outside are neither drawn nor named.
     pub x_range: [f64; 2],
     pub y_range: [f64; 2],
 }
@@ -95,7 +95,7 @@ impl Marks<'_> {
             .filter(|part| !part.is_empty())
     }
 
-    /// Names of what can be seen.
+    /// Names of the visible marks.
     pub fn legend(&self) -> Vec<Entry> {
         let on_image = |label: &str, sample| Entry {
             label: label.to_owned(),

@@ -8,9 +8,9 @@ pub enum LevelWindow {
         /// The lowest level shown, in dB (negative); lower levels take its colour.
         floor_db: f64,
     },
-    /// From a percentile of the image's own levels to 0 dB, so that a scene of little contrast is
-    /// not black and one of much contrast is not washed out. The floor stays within
-    /// [−80, −25] dB, and is the next whole decibel below the percentile.
+    /// From a percentile of the image's own levels to 0 dB, so that a scene of little contrast is not black
+    /// and a scene of much contrast is not washed out. The floor stays within [−80, −25] dB, and is the next
+    /// whole decibel below the percentile.
     Percentile {
         /// Share of the pixels that lie below the floor, 0 to 1.
         share: f64,
@@ -42,7 +42,7 @@ impl LevelWindow {
         }
     }
 
-    /// What the colour bar says about the floor; empty for a fixed one.
+    /// Text of the colour bar on the floor; empty for a fixed floor.
     pub(super) fn note(self) -> String {
         match self {
             Self::Fixed { .. } => String::new(),

@@ -1,9 +1,9 @@
 //! Figures of measured fields and time series: images in decibels, radargrams, line plots, maps and
 //! time lines, as PNG bytes or inline SVG.
 //!
-//! The crate knows nothing of what is drawn: it takes plain slices with their axes, and returns
-//! pictures. It exists because an image of ten million pixels, or a plot of a million points, must
-//! come out small, crisp and the same byte for byte on every run, without losing one bright pixel.
+//! The crate is independent of what is drawn: its input is plain slices with their axes, its output pictures.
+//! An image of ten million pixels, or a plot of a million points, becomes a small and crisp picture, bitwise
+//! equal on every run, without losing one bright pixel.
 //!
 //! ```text
 //!  ImageDb ────┐  levels, gain, marks
@@ -14,9 +14,9 @@
 //!  Stack ◄───┘─┘  panels over one x axis                 sheet(): drawings in rows and columns
 //! ```
 //!
-//! A figure is a plain struct whose public fields say what it shows; `draw` lays it out into a
-//! [`Drawing`], a short list of shapes with a description in words. Errors ([`FigureError`]) name
-//! the array that does not fit. Nothing is sampled at random: equal input gives equal bytes.
+//! A figure is a plain struct whose public fields hold its data; `draw` lays it out into a [`Drawing`], a
+//! short list of shapes with a description in words. Errors ([`FigureError`]) name the array that does not
+//! fit. No sampling is random: equal input gives equal bytes.
 //!
 //! ```
 //! use acerra_figure::{Axis, ImageDb, LevelWindow, LinePlot, PixelValues, Series, TargetMark};

@@ -51,28 +51,28 @@ impl<'a> LinePlot<'a> {
         }
     }
 
-    /// The same plot with one more series.
+    /// This plot with one more series.
     #[must_use]
     pub fn with(mut self, series: Series<'a>) -> Self {
         self.series.push(series);
         self
     }
 
-    /// The same plot with one more shaded stretch.
+    /// This plot with one more shaded stretch.
     #[must_use]
     pub fn span(mut self, span: Span) -> Self {
         self.spans.push(span);
         self
     }
 
-    /// The same plot with one more line across it.
+    /// This plot with one more line across it.
     #[must_use]
     pub fn reference(mut self, reference: ReferenceLine) -> Self {
         self.references.push(reference);
         self
     }
 
-    /// The same plot with another height of its plot area.
+    /// This plot with another height of its plot area.
     #[must_use]
     pub fn height(self, plot_height_px: f32) -> Self {
         Self {
@@ -81,7 +81,7 @@ impl<'a> LinePlot<'a> {
         }
     }
 
-    /// The same plot, one unit of x as long as one of y.
+    /// This plot, one unit of x as long as one of y.
     #[must_use]
     pub fn equal(self) -> Self {
         Self {
@@ -191,7 +191,7 @@ impl<'a> LinePlot<'a> {
         }
     }
 
-    /// Names of what can be seen over `x_range`.
+    /// Names of the marks visible over `x_range`.
     fn legend(&self, x_range: [f64; 2]) -> Vec<Entry> {
         let mut entries = Vec::new();
         for (index, series) in self.series.iter().enumerate() {

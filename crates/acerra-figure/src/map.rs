@@ -40,7 +40,7 @@ pub struct Map<'a> {
     pub x_grid: [f64; 2],
     /// First ordinate and step.
     pub y_grid: [f64; 2],
-    /// What the values are, with their unit, for the colour bar.
+    /// Quantity of the values, with their unit, for the colour bar.
     pub value_title: String,
     /// Whether colours follow the logarithm of the values.
     pub log_colours: bool,
@@ -89,7 +89,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// The same map on the grid of first value and step along x and y.
+    /// This map on the grid of first value and step along x and y.
     #[must_use]
     pub fn grid(self, x_grid: [f64; 2], y_grid: [f64; 2]) -> Self {
         Self {
@@ -99,7 +99,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// The same map with contours at `levels`.
+    /// This map with contours at `levels`.
     #[must_use]
     pub fn contours(self, levels: &[f64]) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// The same map with its values named.
+    /// This map with its values named.
     #[must_use]
     pub fn values_are(self, value_title: impl Into<String>) -> Self {
         Self {

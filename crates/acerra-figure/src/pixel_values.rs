@@ -21,8 +21,8 @@ impl PixelValues<'_> {
         }
     }
 
-    /// A number that grows with the level of one pixel and is cheap to have for every pixel; NaN
-    /// where there is no finite value.
+    /// A number that rises with the level of one pixel and is cheap to compute for every pixel; NaN where
+    /// there is no finite value.
     pub(super) fn strength(&self, index: usize) -> f64 {
         let strength = match self {
             Self::Complex(v) => {

@@ -37,7 +37,7 @@ const DIRECTIONS: [(f32, f32); 8] = [
 ];
 
 impl Placement {
-    /// Nothing is taken within `plot` yet.
+    /// No place within `plot` is occupied yet.
     pub fn new(plot: Rect) -> Self {
         Self {
             plot,

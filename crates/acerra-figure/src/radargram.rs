@@ -55,7 +55,7 @@ pub struct Radargram<'a> {
     pub colours: RadargramColours,
     /// Times of the traces in seconds, rising, for a second axis at the top; may be empty.
     pub time_s: &'a [f64],
-    /// What the times count, as the second axis calls it.
+    /// Meaning of the times, as on the second axis.
     pub time_label: String,
     /// Curves over the samples: 2h/c, gate edges, the surface echo as picked.
     pub curves: Vec<FastTimeCurve>,
@@ -92,7 +92,7 @@ impl<'a> Radargram<'a> {
         }
     }
 
-    /// The same radargram with its first sample at `start_ns` and samples `step_ns` apart.
+    /// This radargram with its first sample at `start_ns` and samples `step_ns` apart.
     #[must_use]
     pub fn fast_time(self, start_ns: f64, step_ns: f64) -> Self {
         Self {

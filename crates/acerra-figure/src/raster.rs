@@ -38,10 +38,10 @@ impl Drawing {
     }
 }
 
-/// Encodes 8-bit RGB as PNG; the same bytes for the same picture.
+/// Encodes 8-bit RGB as PNG; equal bytes for equal pictures.
 pub(super) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, FigureError> {
-    // An encoder made for PNG takes a tenth of zlib's time where neighbours differ, and falls behind where they
-    // do not, as in what is drawn enlarged.
+    // An encoder made for PNG needs a tenth of zlib's time where neighbours differ, and is slower where they
+    // are equal, as in enlarged drawings.
     let encoding = if is_in_runs(rgb, width as usize) {
         Encoding::Runs(3)
     } else {
@@ -50,7 +50,7 @@ pub(super) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>,
     encode([width, height], png::ColorType::Rgb, rgb, encoding)
 }
 
-/// Encodes 8-bit RGBA as PNG; the same bytes for the same picture.
+/// Encodes 8-bit RGBA as PNG; equal bytes for equal pictures.
 pub(super) fn encode_png_rgba(
     width: u32,
     height: u32,
@@ -73,7 +73,7 @@ enum Encoding {
     Runs(u8),
 }
 
-/// Whether three quarters of the pixels have the colour of their left neighbour; every eighth row is looked at.
+/// Whether three quarters of the pixels have the colour of their left neighbour; every eighth row is read.
 fn is_in_runs(rgb: &[u8], width: usize) -> bool {
     let rows = rgb.chunks_exact(3 * width.max(1)).step_by(8);
     let (mut equal, mut all) = (0, 0);

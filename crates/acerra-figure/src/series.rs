@@ -1,4 +1,4 @@
-//! What a line plot shows: series, shaded spans, reference lines.
+//! Contents of a line plot: series, shaded spans, reference lines.
 
 use super::colour::Colour;
 
@@ -55,13 +55,13 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// The same series with a shaded band of `half_width` about it.
+    /// This series with a shaded band of `half_width` about it.
     #[must_use]
     pub fn band(self, half_width: &'a [f64]) -> Self {
         Self { half_width, ..self }
     }
 
-    /// The same series, its line broken where the abscissa steps by more than `longest_step`.
+    /// This series, its line broken where the abscissa steps by more than `longest_step`.
     #[must_use]
     pub fn broken_after(self, longest_step: f64) -> Self {
         Self {
@@ -79,7 +79,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// The same series in `colour`.
+    /// This series in `colour`.
     #[must_use]
     pub fn colour(self, colour: Colour) -> Self {
         Self {

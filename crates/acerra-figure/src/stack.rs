@@ -17,8 +17,8 @@ pub enum Panel<'a> {
     Timeline(Timeline),
 }
 
-/// Plots above each other over one x axis: the same range, the same width, ticks named once at the
-/// bottom, so that simultaneous events are on one vertical line.
+/// Plots above each other over one x axis: one range, one width, ticks named once at the bottom, so that
+/// simultaneous events are on one vertical line.
 ///
 /// ```
 /// use acerra_figure::{Axis, LinePlot, Panel, Series, Stack};
@@ -58,7 +58,7 @@ impl<'a> Stack<'a> {
         }
     }
 
-    /// The same stack with one more panel at the bottom.
+    /// This stack with one more panel at the bottom.
     #[must_use]
     pub fn with(mut self, panel: Panel<'a>) -> Self {
         self.panels.push(panel);
@@ -68,7 +68,7 @@ impl<'a> Stack<'a> {
     /// Lays the figure out.
     ///
     /// # Errors
-    /// [`FigureError::NothingToDraw`] without panels, and what the panels refuse to draw.
+    /// [`FigureError::NothingToDraw`] without panels, and errors of the panels.
     pub fn draw(&self) -> Result<Drawing, FigureError> {
         if self.panels.is_empty() {
             return Err(FigureError::NothingToDraw {

@@ -8,11 +8,10 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use std::fmt::Write as _;
 
 impl Drawing {
-    /// The figure as an SVG element for embedding in an HTML page or for a file of its own.
+    /// The figure as an SVG element for embedding in an HTML page or for a separate file.
     ///
-    /// It refers to nothing outside itself and carries no identifiers, so that any number of
-    /// figures can share a page. Colours by role follow the CSS variables named at
-    /// [`Colour`](super::Colour).
+    /// The element refers to no other file and has no identifiers, so that any number of figures can share a
+    /// page. Colours by role follow the CSS variables named at [`Colour`](super::Colour).
     #[must_use]
     pub fn to_svg(&self) -> String {
         let (w, h) = (self.width_px, self.height_px);
@@ -68,7 +67,7 @@ fn items(out: &mut String, list: &[Item]) {
                 rows,
                 rgb,
             } => {
-                // A raster that cannot be encoded has no pixels: nothing to show.
+                // A raster that cannot be encoded has no pixels to show.
                 if let Ok(png) = encode_png(*columns as u32, *rows as u32, rgb) {
                     let _ = write!(
                         out,

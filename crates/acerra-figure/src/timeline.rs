@@ -53,8 +53,8 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Lays the figure out. Stretches that are not finite are left out; ones shorter than a pixel
-    /// are drawn one pixel wide, so that nothing is lost.
+    /// Lays the figure out. Stretches that are not finite are left out; stretches shorter than a pixel are
+    /// drawn one pixel wide, so that every stretch is visible.
     ///
     /// # Errors
     /// [`FigureError::NothingToDraw`] without rows.

@@ -1,8 +1,8 @@
-//! How strong the aliases are when scans lie further apart than λ/(4 sin θ).
+//! Level of the aliases when scans lie further apart than λ/(4 sin θ).
 //!
-//! A wide band spreads the grating lobes of an undersampled track: each frequency has its own at
-//! another place. What is left of them is found by the exact point spread function, against that of
-//! a track sampled finely enough.
+//! A wide band spreads the grating lobes of an undersampled track: the lobes of each frequency are at another
+//! place. Their remaining level is computed by the exact point spread function, relative to that of a finely
+//! sampled track.
 
 use acerra_imaging::psf::PointSpread;
 use acerra_imaging::resolution::{along_track_m, longest_step_m};
@@ -16,7 +16,7 @@ pub(super) const TOLERATED: f64 = 0.217;
 
 /// The antenna's pattern is followed to this many half widths off its axis.
 const HALF_WIDTHS: f64 = 1.5;
-/// Nothing is seen beyond this angle off the axis (degrees).
+/// Largest angle off the axis at which the antennas see (degrees).
 const STEEPEST_DEG: f64 = 75.0;
 
 /// Largest distance between scans without aliasing over the antenna's whole beam (m).
@@ -71,8 +71,8 @@ fn level_at(
     Ok(aliases.fold(0.0, f64::max))
 }
 
-/// A straight track over ±`half_m` with scans `step_m` apart, weighted by the antennas' pattern
-/// there and back: half the power at half the beam's width, each way.
+/// A straight track over ±`half_m` with scans `step_m` apart, weighted by the antennas' two-way pattern: half
+/// the power at half the beam's width, each way.
 fn spread(
     radar: &Radar,
     [half_m, step_m]: [f64; 2],

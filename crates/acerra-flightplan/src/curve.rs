@@ -1,10 +1,10 @@
-//! How much a line must bend until the ghost on its other side fades.
+//! Amplitude of the bends of a line at which the ghost on its other side fades.
 //!
-//! A straight line sees its left and its right alike. A sideways wave of the line changes the
-//! range to a target and to its mirror image by opposite amounts, by 2dA/R for an amplitude A; once
-//! that is some way beyond the wavelength the mirror image no longer adds up. How far is
-//! found by the exact point spread function, not by a rule of thumb. The wave is flown from waypoint
-//! to waypoint on straight legs, as few as keep the ghosts as weak as wanted.
+//! A straight line cannot distinguish left from right. A sideways wave of the line changes the range to a
+//! target and to its mirror image by opposite amounts, by 2dA/R for an amplitude A; once this exceeds the
+//! wavelength sufficiently the mirror image no longer adds up. The necessary amplitude is found by the exact
+//! point spread function, not by a rule of thumb. The wave is flown from waypoint to waypoint on straight
+//! legs, as few as the required level of the ghosts allows.
 
 use std::f64::consts::TAU;
 
@@ -46,7 +46,7 @@ struct Wave {
 }
 
 impl Wave {
-    /// How far to the left of the straight line it runs (m).
+    /// Offset to the left of the straight line (m).
     fn left_m(&self, along_m: f64) -> f64 {
         let periods = along_m / self.period_m;
         let smooth = |periods: f64| self.amplitude_m * (TAU * periods).cos();
@@ -78,7 +78,7 @@ impl Wave {
 const MOST_PULSES: f64 = 1_200.0;
 
 impl Curve {
-    /// How far to the left of the straight line it runs, on its legs (m).
+    /// Offset to the left of the straight line, on its legs (m).
     #[must_use]
     pub fn left_m(&self, along_m: f64) -> f64 {
         let wave = Wave {
@@ -121,8 +121,7 @@ impl Curve {
         }
     }
 
-    /// The least amplitude whose ghosts are all as weak as wanted; none when straight lines will
-    /// do.
+    /// The least amplitude whose ghosts are all below the required level; none when straight lines suffice.
     pub(super) fn choose(
         file: &PlanFile,
         view: &View,
@@ -190,9 +189,9 @@ impl Curve {
         }
         Err(PlanError::Impossible(if best.is_finite() {
             format!(
-                "ghosts of {wanted} cannot be had by curved lines: waves of up to {most_m:.2} m \
-                 (speed, line spacing and height allow no more) leave {best:.2} at best; ask for \
-                 less in want.ghost, or fly several headings"
+                "ghosts of {wanted} cannot be reached by curved lines: waves of up to {most_m:.2} m (speed, \
+                 line spacing and height allow no more) leave {best:.2} at best; ask for less in \
+                 want.ghost, or fly several headings"
             )
         } else {
             format!(

@@ -7,7 +7,7 @@ pub enum PlanError {
     /// Not TOML, an unknown key, or a value of the wrong form.
     #[error(transparent)]
     Syntax(#[from] acerra_settings::SyntaxError),
-    /// A value outside what is possible.
+    /// A value outside its possible range.
     #[error("[{table}] {key}: expected {expected}, found {found}")]
     Value {
         /// Table of the key.
@@ -30,7 +30,7 @@ pub enum PlanError {
     /// A mission that cannot be written.
     #[error("mission: {0}")]
     Write(String),
-    /// Each value is possible, all of them together are not.
+    /// Each value is possible, but their combination is not.
     #[error("{0}")]
     Impossible(String),
 }

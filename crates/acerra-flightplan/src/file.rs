@@ -1,4 +1,4 @@
-//! The plan file: wanted resolution and area, available radar and drone.
+//! The plan file: required resolution and area, available radar and drone.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use super::PlanError;
 pub struct PlanFile {
     /// The ground to image.
     pub area: Area,
-    /// What the image shall show.
+    /// Requirements on the image.
     pub want: Want,
     /// The radar.
     #[serde(default)]
@@ -29,8 +29,7 @@ pub struct PlanFile {
 pub struct Area {
     /// Corners in order, latitude and longitude (degrees).
     pub corners_deg: Vec<[f64; 2]>,
-    /// Where the drone starts and lands, latitude and longitude (degrees); the first corner unless
-    /// said otherwise.
+    /// Place of take-off and landing, latitude and longitude (degrees); by default the first corner.
     pub home_deg: Option<[f64; 2]>,
     /// Height of that place above the sea (m), which ground stations show.
     #[serde(default)]
@@ -41,12 +40,12 @@ pub struct Area {
     pub terrain: Option<PathBuf>,
     /// The terrain's coordinates where its file does not say: `"EPSG:32633"`, ….
     pub terrain_crs: Option<String>,
-    /// Direction of the lines, clockwise from north (degrees); that of the longest way through the
-    /// area unless said otherwise.
+    /// Direction of the lines, clockwise from north (degrees); by default that of the longest path through
+    /// the area.
     pub heading_deg: Option<f64>,
 }
 
-/// `[want]`: what the image shall show.
+/// `[want]`: requirements on the image.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Want {
@@ -109,7 +108,7 @@ impl Default for Radar {
     }
 }
 
-/// `[drone]`: what can be flown.
+/// `[drone]`: capabilities of the drone.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drone {
@@ -119,9 +118,9 @@ pub struct Drone {
     pub max_height_m: f64,
     /// Slowest steady speed (m/s).
     pub min_speed_m_s: f64,
-    /// Fastest (m/s), also that of ways between lines.
+    /// Largest speed (m/s), also on transfers between lines.
     pub max_speed_m_s: f64,
-    /// Speed along the lines (m/s); the fastest that samples finely enough unless said otherwise.
+    /// Speed along the lines (m/s); by default the largest that samples finely enough.
     pub speed_m_s: Option<f64>,
     /// Climb and descent (m/s).
     pub climb_m_s: f64,
@@ -129,11 +128,11 @@ pub struct Drone {
     pub lateral_acceleration_m_s2: f64,
     /// Time for a turn, in addition to the time for its path (s).
     pub turn_s: f64,
-    /// How far it may stray sideways from a line (m).
+    /// Largest sideways deviation from a line (m).
     pub stray_m: f64,
     /// Time in the air on one battery (minutes).
     pub endurance_min: f64,
-    /// Share of it that is kept for the way home.
+    /// Share of the battery reserved for the way home.
     pub reserve: f64,
     /// The model that missions for DJI name.
     pub dji_model: DjiModel,

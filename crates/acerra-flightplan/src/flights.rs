@@ -9,7 +9,7 @@ pub struct Flight {
     pub first_line: usize,
     /// Last line.
     pub last_line: usize,
-    /// Way, climb and descent not counted (m).
+    /// Path length without climb and descent (m).
     pub distance_m: f64,
     /// From start to landing (s).
     pub time_s: f64,
@@ -21,7 +21,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
-/// Way (m) and time (s) of flying lines in order from home (east 0, north 0) and back.
+/// Path length (m) and time (s) of flying lines in order from home (east 0, north 0) and back.
 fn cost(drone: &Drone, lines: &[Line], height_m: f64, speed_m_s: f64) -> (f64, f64) {
     let ends = |line: &Line| {
         let first = line.waypoints_m.first().copied().unwrap_or_default();

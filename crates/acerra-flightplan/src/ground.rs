@@ -8,9 +8,9 @@ use acerra_geo::trajectory::Frame;
 
 use super::PlanError;
 
-/// Distance of the places at which the ground along a leg is looked up (m).
+/// Spacing of the places at which the ground along a leg is evaluated (m).
 const STEP_M: f64 = 1.0;
-/// Least error of the height between waypoints that is worth a further waypoint (m).
+/// Least error of the height between waypoints that needs a further waypoint (m).
 const LEAST_TOLERANCE_M: f64 = 0.1;
 
 /// The ground under a plan, from a raster of heights.
@@ -63,7 +63,7 @@ impl Ground {
         self.home_m
     }
 
-    /// The raster's own height at a place east and north of home (m).
+    /// The raster's height at a place east and north of home (m).
     fn raster_m(&self, [e, n]: [f64; 2]) -> Result<f64, acerra_geo::terrain::TerrainError> {
         let z_m = self.terrain.height_m(e, n)?;
         Ok(self.frame.geodetic_from_enu([e, n, z_m]).height_m)
@@ -75,13 +75,13 @@ impl Ground {
     /// A place without a height.
     pub fn height_m(&self, place_m: [f64; 2]) -> Result<f64, PlanError> {
         let raster_m = self.raster_m(place_m).map_err(|error| {
-            PlanError::Impossible(format!("[area] terrain: {error}, on the way of a flight"))
+            PlanError::Impossible(format!("[area] terrain: {error}, on the path of a flight"))
         })?;
         Ok(raster_m - self.home_m)
     }
 
-    /// Places between the ends of a leg where a waypoint is needed, so that the height above the ground
-    /// strays from the wanted one by no more than the tolerance between waypoints.
+    /// Places between the ends of a leg at which a waypoint is needed, so that the height above the ground
+    /// departs from the required one by at most the tolerance between waypoints.
     ///
     /// # Errors
     /// A place without a height.

@@ -1,17 +1,16 @@
-//! Planning a flight: from an area and a wanted resolution to lines that can be flown.
+//! Planning a flight: from an area and a required resolution to flight lines.
 //!
 //! 1. [`PlanFile`] states the requirements (area, resolution) and the equipment (radar, drone).
-//! 2. `swath` finds, for each height, the strip next to a line that is resolved finely enough
-//!    (Eq. (9)), lies in the antenna's beam and has the signal-to-noise ratio asked for (radar
-//!    equation, `link`).
+//! 2. `swath` finds, for each height, the strip next to a line that is resolved finely enough (Eq. (9)), lies
+//!    in the antenna's beam and has the required signal-to-noise ratio (radar equation, `link`).
 //! 3. `lines` covers the area with the fewest lines; the height with the shortest flight wins.
-//! 4. `curve` bends the lines until the ghost on the other side is as weak as wanted, by the exact
+//! 4. `curve` bends the lines until the ghost on the other side is below the required level, by the exact
 //!    point spread function.
-//! 5. `flights` adds time and batteries, `maps` what is to be expected where.
-//! 6. `route` is the way of each flight, over level ground or a terrain (`ground`); `qgroundcontrol`,
+//! 5. `flights` adds time and batteries, `maps` the expected quality over the area.
+//! 6. `route` is the path of each flight, over level ground or a terrain (`ground`); `qgroundcontrol`,
 //!    `mavlink`, `wpml` and `ugcs` write it as missions, `geojson` and `kml` as maps.
 //!
-//! What cannot be is refused with the reason: [`PlanError::Impossible`].
+//! Impossible plans are refused with the reason: [`PlanError::Impossible`].
 
 mod aliasing;
 mod curve;

@@ -23,7 +23,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// Length of the way through its corners (m).
+    /// Length of the path through its corners (m).
     #[must_use]
     pub fn length_m(&self) -> f64 {
         self.waypoints_m
@@ -121,9 +121,9 @@ fn fills(offsets: &[f64], low: f64, high: f64, near: f64, far: f64) -> bool {
 }
 
 impl Lines {
-    /// Lines over an area (east and north of home, m) whose strips from `near` to `far` fill it,
-    /// each long enough that all within `reach_m` of it is seen under the whole view: `run_m` before
-    /// and after.
+    /// Lines over an area (east and north of home, m) whose strips from `near` to `far` fill it, each long
+    /// enough that every place within `reach_m` of the line is seen under the whole view: `run_m` before and
+    /// after.
     pub(super) fn over(
         area: &Polygon,
         heading_rad: f64,

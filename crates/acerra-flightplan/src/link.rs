@@ -37,7 +37,7 @@ pub fn pulse_snr_db(radar: &Radar, range_m: f64, rcs_dbsm: f64) -> f64 {
 /// ±`half_view_rad` by scans `step_m` apart: that of one scan at the edge of the view, with the
 /// antenna 6 dB down there and back, times the number of scans.
 ///
-/// The edge of the view is the worst of all scans, so this is what can be counted on.
+/// The edge of the view is the worst of all scans, so that this is a lower bound.
 #[must_use]
 pub fn image_snr_db(
     radar: &Radar,

@@ -1,4 +1,4 @@
-//! What to expect where: resolution, ghosts and looks over the area.
+//! Expected quality over the area: resolution, ghosts and looks.
 
 use acerra_imaging::resolution::{across_track_m, along_track_m, range_m};
 
@@ -25,7 +25,7 @@ pub struct ExpectedMaps {
     pub along_m: Vec<f64>,
     /// Ghost of a target in the cell as that line shows it, relative to the target.
     pub ghost: Vec<f64>,
-    /// How many lines show the cell as wanted.
+    /// Number of lines that image the cell as required.
     pub looks: Vec<f64>,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn expected_at(plan: &FlightPlan, point: [f64; 2]) -> Option<[f64; 4]
             continue;
         }
         let range_m = height_m.hypot(distance_m);
-        // Half of the angle between the views of both ends, no wider than what is processed.
+        // Half of the angle between the views of both ends, at most the processed one.
         let view = |reach_m: f64| reach_m.atan2(range_m).min(plan.view.half_rad);
         let half_view = 0.5 * (view(along - from) + view(to - along));
         let Ok(across) = across_track_m(resolution_m, height_m, distance_m) else {

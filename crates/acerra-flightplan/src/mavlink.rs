@@ -23,14 +23,14 @@ pub(super) struct Item {
     pub place_deg_m: Option<[f64; 3]>,
 }
 
-/// Rounded to so many decimals.
+/// Rounded to a number of decimals.
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10f64.powi(decimals);
     (value * scale).round() / scale
 }
 
-/// Items of a flight: take-off to the height of the lines, each line at its speed, the ways between
-/// at the drone's own, then back to launch.
+/// Items of a flight: take-off to the height of the lines, each line at its speed, transfers at the drone's
+/// own, then back to launch.
 pub(super) fn items(plan: &FlightPlan, route: &Route) -> Vec<Item> {
     let acceptance_m = plan.summary.waypoint_acceptance_m;
     let mut items = Vec::new();
@@ -75,10 +75,10 @@ pub(super) fn items(plan: &FlightPlan, route: &Route) -> Vec<Item> {
     items
 }
 
-/// The mission of one flight as `.waypoints` (`QGC WPL 110`), which Mission Planner, QGroundControl,
-/// MAVProxy and ArduPilot's tools read.
+/// The mission of one flight as `.waypoints` (`QGC WPL 110`), for Mission Planner, QGroundControl, MAVProxy
+/// and ArduPilot's tools.
 ///
-/// The first item is home, with its height above the sea; all others have theirs above home.
+/// The first item is home, with its height above the sea; the heights of all others count from home.
 ///
 /// # Errors
 /// A place where the terrain has no height.

@@ -23,8 +23,8 @@ const RELATIVE_ALTITUDE: u8 = 1;
 
 /// The mission of one flight.
 ///
-/// Take-off to the height of the lines, each line at its speed, the ways between at the drone's
-/// own, then back to launch. The geofence keeps to a circle about home with 30 m to spare.
+/// Take-off to the height of the lines, each line at its speed, transfers at the drone's own, then back to
+/// launch. The geofence is a circle about home with a margin of 30 m.
 ///
 /// # Errors
 /// A place where the terrain has no height.
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::PlanFile;
 
-    /// What a field must be for QGroundControl to load the file.
+    /// Requirements of QGroundControl on a field for loading the file.
     #[derive(Clone, Copy, Debug)]
     enum Kind {
         Number,

@@ -1,4 +1,4 @@
-//! The way of one flight, as every format of missions takes it.
+//! The path of one flight, as input of every mission format.
 
 use acerra_geo::geodesy::Geodetic;
 
@@ -19,8 +19,8 @@ pub struct Stop {
 
 /// Waypoints of a flight, in order: from home, after take-off to the height of the lines, to home.
 ///
-/// On level ground they are the corners of the lines. Over a terrain, further ones keep the height
-/// above the ground on the lines, between them and on the way back, to within `[drone] stray_m`.
+/// On level ground the waypoints are the corners of the lines. Over a terrain, further waypoints keep the
+/// height above the ground on the lines, between them and on the way back, to within `[drone] stray_m`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
     /// Height of the drone above home after take-off (m).

@@ -1,4 +1,4 @@
-//! The plan: everything chosen, and what is to be expected of it.
+//! The plan: all choices, and the expected image.
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_imaging::resolution::{across_track_m, along_track_m, range_m};
@@ -11,7 +11,7 @@ use super::{
     flights, image_snr_db, lines,
 };
 
-/// How many heights are tried.
+/// Number of heights tried.
 const HEIGHTS: usize = 55;
 
 /// A plan that can be flown.
@@ -54,9 +54,9 @@ pub struct Summary {
     pub track_length_m: f64,
     /// Length of all lines (m).
     pub total_length_m: f64,
-    /// Nearest and farthest distance from a line that it shows as wanted (m).
+    /// Nearest and farthest distance from a line at which the requirements hold (m).
     pub swath_m: [f64; 2],
-    /// What ends the swath on its far side.
+    /// Limit of the swath on its far side.
     pub swath_ends: &'static str,
     /// Half of the angle under which targets must be seen and processed (degrees).
     pub half_view_deg: f64,
@@ -88,7 +88,7 @@ pub struct Summary {
     pub time_s: f64,
     /// Flights, one battery each.
     pub flights: Vec<Flight>,
-    /// What to know before flying it.
+    /// Remarks before flying it.
     pub warnings: Vec<String>,
 }
 
@@ -214,7 +214,7 @@ impl FlightPlan {
             .collect()
     }
 
-    /// Height of home above the sea (m): the terrain's, or what the plan says.
+    /// Height of home above the sea (m): the terrain's, or that stated in the plan.
     #[must_use]
     pub fn home_above_sea_m(&self) -> f64 {
         match &self.ground {
@@ -233,7 +233,7 @@ impl FlightPlan {
     }
 }
 
-/// The speed asked for, or the fastest without aliasing and a tenth to spare.
+/// The stated speed, or the largest without aliasing, less a tenth.
 fn speed(file: &PlanFile, view: &View) -> Result<f64, PlanError> {
     let (drone, scans_hz) = (&file.drone, file.radar.scans_hz);
     if let Some(speed) = drone.speed_m_s {
@@ -338,7 +338,7 @@ fn best_height(
         })
 }
 
-/// What limits the sampling along the track leaves to say.
+/// Remarks by the limits of the sampling along the track.
 fn sampling_warning(
     radar: &Radar,
     view: &View,
@@ -390,8 +390,8 @@ fn warnings(swath: &Swath, curve: Option<&Curve>) -> Vec<String> {
                 .to_owned(),
         ),
         Some(curve) if curve.amplitude_m < 1.0 => warnings.push(format!(
-            "waves of {:.2} m need a drone positioned by RTK; without it wander does the same, \
-             unplanned",
+            "waves of {:.2} m need a drone positioned by RTK; without RTK the drone's wander has the same \
+             effect, unplanned",
             curve.amplitude_m
         )),
         Some(_) => {}

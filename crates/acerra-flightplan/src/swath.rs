@@ -4,20 +4,20 @@ use acerra_imaging::resolution::{across_track_m, longest_step_m, range_m};
 
 use super::{LIGHT_SPEED_M_S, PlanError, PlanFile, image_snr_db};
 
-/// What one height shows: everything between two distances, on both sides of a line.
+/// Imaged strip at one height: all places between two distances, on both sides of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swath {
     /// Height above ground (m).
     pub height_m: f64,
-    /// Nearest distance from the line that is resolved as wanted (m).
+    /// Nearest distance from the line with the required resolution (m).
     pub near_m: f64,
     /// Farthest distance in the beam, in the record and over the noise (m).
     pub far_m: f64,
-    /// What ends it on the far side.
+    /// Limit on the far side.
     pub far_limit: FarLimit,
 }
 
-/// What ends a swath on its far side.
+/// Limits of a swath on its far side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FarLimit {
     /// The antenna's beam.
@@ -28,7 +28,7 @@ pub enum FarLimit {
     Record,
 }
 
-/// The view and step that the wanted along-track resolution asks for.
+/// The view and step for the required along-track resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Half of the angle under which each target must be seen (rad).
@@ -38,7 +38,7 @@ pub struct View {
 }
 
 impl View {
-    /// The narrowest view with the wanted resolution, by Eq. (6) turned round.
+    /// The narrowest view with the required resolution, by Eq. (6) solved for the angle.
     pub fn of(file: &PlanFile) -> Result<Self, PlanError> {
         let radar = &file.radar;
         let sine = LIGHT_SPEED_M_S / (4.0 * radar.centre_hz() * file.want.along_m);
@@ -63,7 +63,7 @@ impl View {
 }
 
 impl Swath {
-    /// The swath of one height; an error that says which end fails when it is empty.
+    /// The swath of one height; where it is empty, an error that names the limiting end.
     pub(super) fn at(
         file: &PlanFile,
         view: &View,
@@ -136,7 +136,7 @@ impl Swath {
         Ok(swath)
     }
 
-    /// What is left of it when the drone strays: (near, far), m.
+    /// The swath that remains when the drone strays: (near, far), m.
     pub(super) fn sure(&self, stray_m: f64) -> (f64, f64) {
         let near = if self.near_m > 0.0 {
             self.near_m + stray_m

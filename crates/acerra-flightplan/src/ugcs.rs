@@ -7,10 +7,9 @@ use super::{Flight, FlightPlan, PlanError};
 
 /// The waypoints of one flight, a row each.
 ///
-/// The columns have UgCS's own names. On level ground the heights are above UgCS's terrain
-/// (`AltitudeAGL`); over the plan's own terrain they are above the sea (`AltitudeAMSL`). Ways to a
-/// line have the line's speed: whether UgCS takes a speed for the leg to a waypoint or for the leg
-/// after it, lines are flown as planned.
+/// The columns have UgCS's names. On level ground the heights are above UgCS's terrain (`AltitudeAGL`); over
+/// the plan's terrain they are above the sea (`AltitudeAMSL`). Transfers to a line have the line's speed:
+/// whether UgCS takes a speed for the leg to a waypoint or for the leg after it, lines are flown as planned.
 ///
 /// # Errors
 /// A place where the terrain has no height.

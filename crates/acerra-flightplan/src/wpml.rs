@@ -1,7 +1,7 @@
 //! The mission of a flight for DJI Pilot 2 and FlightHub 2: WPML 1.0.2 in a KMZ file.
 //!
-//! Format: DJI Cloud API, "Waypoint Markup Language": `wpmz/template.kml` is what a person edits,
-//! `wpmz/waylines.wpml` what the aircraft flies.
+//! Format: DJI Cloud API, "Waypoint Markup Language": `wpmz/template.kml` is for editing,
+//! `wpmz/waylines.wpml` for the aircraft.
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
@@ -16,7 +16,7 @@ use super::{DjiModel, Flight, FlightPlan, PlanError};
 const MOST_SPEED_M_S: f64 = 15.0;
 /// Most waypoints of a wayline.
 const MOST_WAYPOINTS: usize = 65_535;
-/// Range of the height that the aircraft climbs to before its way to the first waypoint (m).
+/// Range of the height that the aircraft climbs to before its transfer to the first waypoint (m).
 const TAKE_OFF_M: [f64; 2] = [1.2, 1500.0];
 
 /// Number of a model in DJI's list of aircraft.
@@ -167,7 +167,7 @@ fn waypoints<'a>(
 ) -> impl Iterator<Item = Waypoint> + use<'a> {
     route.stops.iter().enumerate().map(move |(i, stop)| {
         let at = place(plan, stop);
-        // A waypoint's speed is that of the leg after it.
+        // A waypoint's speed applies to the leg after it.
         let next = route.stops.get(i + 1).unwrap_or(stop);
         // A wayline begins and ends with a stop.
         let is_end = i == 0 || i + 1 == route.stops.len();

@@ -7,7 +7,7 @@ use crate::limits::Limits;
 use crate::recording::{Axis, Channel, Format, Recording, Values};
 use crate::touchstone::Pair;
 
-/// Lines before the heading that are looked at.
+/// Lines before the heading that are read.
 const MAX_HEAD_LINES: usize = 64;
 
 fn separator(line: &str) -> char {
@@ -41,7 +41,7 @@ pub fn is_analyser_csv(head: &[u8]) -> bool {
 /// parameters (`S11`, `S21`) are channels.
 ///
 /// # Errors
-/// A heading that does not say what pairs are, a line that holds other than numbers, more than `limits` admit.
+/// A heading without the quantity of the pairs, a line without numbers, more than `limits` admit.
 pub fn read_analyser_csv(text: &str, limits: &Limits) -> Result<Recording, FormatError> {
     let mut lines = text.lines().enumerate();
     let found = lines

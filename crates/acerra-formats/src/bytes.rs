@@ -9,7 +9,7 @@ pub enum Order {
     Big,
 }
 
-/// A header of which fields are taken; what lies beyond its end is 0.
+/// A header whose fields are read; bytes beyond its end are 0.
 #[derive(Clone, Copy)]
 pub struct Fields<'a> {
     pub bytes: &'a [u8],

@@ -29,7 +29,7 @@ pub fn beside(path: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The first file beside `path` whose beginning is what `wanted` looks for.
+/// The first file next to `path` whose first bytes match `wanted`.
 pub fn find(path: &Path, wanted: impl Fn(&[u8]) -> bool) -> Option<PathBuf> {
     beside(path)
         .into_iter()
@@ -74,7 +74,7 @@ fn whole(path: &Path, limit: u64) -> Result<Vec<u8>, FormatError> {
     Ok(bytes)
 }
 
-/// The same error, of a file beside the one that was named.
+/// This error, for a file next to the named one.
 pub fn of(path: &Path, cause: FormatError) -> FormatError {
     FormatError::Companion {
         path: path.to_owned(),

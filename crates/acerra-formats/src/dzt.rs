@@ -39,7 +39,7 @@ pub fn is_dzt(head: &[u8]) -> bool {
         && f.u16(2) > 0
 }
 
-/// Reads a DZT file, with the texts of the DZG and DZX beside it where they are there.
+/// Reads a DZT file, with the texts of the DZG and DZX next to it if they exist.
 ///
 /// # Errors
 /// A header that makes no sense, a file that ends before its first whole scan, more than `limits` admit.
@@ -62,7 +62,7 @@ pub fn read_dzt(
     let data_at = if usize::from(offset) < HEADER_BYTES {
         HEADER_BYTES * usize::from(offset)
     } else {
-        // An offset in bytes is not always that of the data; one header a channel is.
+        // An offset in bytes is not always that of the data; one header per channel is.
         (HEADER_BYTES * channels).max(usize::from(offset))
     };
     head.resize(data_at.max(HEADER_BYTES), 0);
@@ -100,7 +100,7 @@ pub fn read_dzt(
     let mut recording = Recording::new(Format::Dzt);
     recording.skipped_bytes = left;
     if samples > 2 {
-        // The words of service are not measured: the first sample stands for them.
+        // The service words are not measurements: the first sample replaces them.
         for plane in &mut planes {
             for scan in plane.chunks_mut(samples) {
                 scan[0] = scan[2];
@@ -108,7 +108,7 @@ pub fn read_dzt(
             }
         }
         recording.remarks.push(
-            "the first two samples of each trace are its number and mark: the third stands for them"
+            "the first two samples of each trace are its number and mark: the third replaces them"
                 .to_owned(),
         );
     }
@@ -175,7 +175,7 @@ fn describe(
         ));
     }
     let step_s = range_ns * 1e-9 / samples as f64;
-    // The zero is a sample, or the level of silence; the position is that of the first sample.
+    // The zero is a sample, or the level without signal; the position is that of the first sample.
     let position_ns = f64::from(f.f32(22));
     let position_ns = if position_ns.is_finite() {
         position_ns

@@ -44,7 +44,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FormatError {
-    /// The content is not what the format asks for.
+    /// The content violates the format.
     #[error("{place}: expected {expected}, found {found}")]
     Content {
         /// Where.
@@ -54,14 +54,14 @@ pub enum FormatError {
         /// What was found.
         found: String,
     },
-    /// The file, or what its header claims, is more than a reader holds.
+    /// The file, or the size in its header, exceeds the reader's limit.
     #[error("{place}: expected at most {limit} {what}, found {found}")]
     TooLarge {
         /// Where.
         place: Place,
         /// What is counted.
         what: &'static str,
-        /// How many are held at most.
+        /// The limit.
         limit: u64,
         /// How many there are.
         found: u64,
@@ -73,12 +73,12 @@ pub enum FormatError {
     )]
     Unrecognised,
     /// A file without a header of its own lacks the file that describes it.
-    #[error("expected {expected} beside it, found none")]
+    #[error("expected {expected} next to it, found none")]
     NoCompanion {
         /// The companion.
         expected: String,
     },
-    /// A file beside the one that was named.
+    /// A file next to the named one.
     #[error("{}: {cause}", path.display())]
     Companion {
         /// The companion.

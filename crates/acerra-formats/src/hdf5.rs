@@ -8,7 +8,7 @@ use crate::limits::Limits;
 use crate::named::{Array, Arrays, Numbers, traces};
 use crate::recording::{Axis, Channel, Format, Positions, Recording, Values};
 
-/// Members of a group that are looked at, at most.
+/// Largest number of members of a group that are read.
 const MAX_MEMBERS: usize = 4096;
 
 /// Whether a file is HDF5: its signature is at the beginning, or behind 512 bytes of a MATLAB header.
@@ -270,7 +270,7 @@ fn gprmax(root: &Group, limits: &Limits) -> Result<Recording, FormatError> {
     }
     let held: usize = recording.channels.iter().map(|c| c.values.len()).sum();
     limits.check_samples(Place::field("/rxs"), held as u64)?;
-    // What is measured most strongly is what was meant.
+    // The component with the strongest signal is used.
     if let Some(best) = (0..strengths.len()).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b]))
     {
         let first = recording.channels.remove(best);

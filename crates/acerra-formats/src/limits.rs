@@ -1,4 +1,4 @@
-//! Bounds on what an untrusted file may make a reader hold in memory.
+//! Bounds on the memory that an untrusted file may make a reader hold.
 
 use crate::error::{FormatError, Place};
 
@@ -11,7 +11,7 @@ use crate::error::{FormatError, Place};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Limits {
-    /// Samples held of one file, all channels together.
+    /// Samples held from one file, all channels together.
     pub max_samples: u64,
     /// Samples in one trace.
     pub max_trace_samples: u64,
@@ -29,8 +29,8 @@ impl Default for Limits {
     }
 }
 
-/// Samples that any packed file may hold (64 MiB of them), and how many a byte of it beyond that: bytes become
-/// numbers of eight, and measured values hardly pack.
+/// Samples that any packed file may hold (64 MiB of them), and number for a byte of it beyond that: bytes
+/// become numbers of eight bytes, and measured values hardly compress.
 const FREE_SAMPLES: u64 = 1 << 23;
 const SAMPLES_PER_TWO_BYTES: u64 = 3;
 

@@ -19,7 +19,7 @@ pub fn is_rad(head: &[u8]) -> bool {
     text.contains("SAMPLES:") && text.contains("FREQUENCY:")
 }
 
-/// What the name of the data file says of its samples, where their number does not.
+/// Kind of samples by the name of the data file, where their number does not show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NamedAs {
     /// rd3, or another name.

@@ -131,7 +131,7 @@ impl<'a> Element<'a> {
 }
 
 fn unpack(data: &[u8], limits: &Limits, at: u64) -> Result<Vec<u8>, FormatError> {
-    // Names and axes are little beside the samples, of eight bytes at most.
+    // Names and axes are small relative to the samples, of eight bytes at most.
     let limit = limits
         .max_samples
         .saturating_mul(8)

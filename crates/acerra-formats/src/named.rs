@@ -1,9 +1,10 @@
 //! Named arrays, whatever file they come from, as traces.
 //!
 //! The names are those of the neutral NPZ file: `data` with `fast_time_s` (or `sample_interval_s`, and
-//! `fast_time_start_s`), or `spectrum` with `frequency_hz`; beside them `time_s`, `position_m` (or `latitude_deg`,
-//! `longitude_deg` and `height_m`), `transmitter_m` and `receiver_m`, `along_m`, `antenna_separation_m`. Complex numbers
-//! may be two arrays, `spectrum_real` and `spectrum_imag`. A matrix of `[samples, traces]` is turned where its axis shows that it is one.
+//! `fast_time_start_s`), or `spectrum` with `frequency_hz`; also `time_s`, `position_m` (or `latitude_deg`,
+//! `longitude_deg` and `height_m`), `transmitter_m` and `receiver_m`, `along_m`, `antenna_separation_m`.
+//! Complex numbers may be two arrays, `spectrum_real` and `spectrum_imag`. A matrix of `[samples, traces]` is
+//! turned where its axis shows that it is one.
 
 use num_complex::{Complex32, Complex64};
 
@@ -11,7 +12,7 @@ use crate::error::{FormatError, Place};
 use crate::limits::Limits;
 use crate::recording::{Axis, Channel, Format, Positions, Recording, Values};
 
-/// How far a fast time may be off an even axis, in steps.
+/// Largest distance of a fast time from an even axis, in steps.
 const EVEN_TOLERANCE: f64 = 1e-3;
 
 /// An array: row-major values with a shape.
@@ -19,7 +20,7 @@ const EVEN_TOLERANCE: f64 = 1e-3;
 pub struct Array {
     pub shape: Vec<usize>,
     pub values: Numbers,
-    /// Whether its file stores columns first, so that equal sides say nothing of the order.
+    /// Whether its file stores columns first, so that equal sides do not show the order.
     pub is_column_major: bool,
 }
 
@@ -193,7 +194,7 @@ impl<A: Arrays> Named<'_, A> {
         self.file.array(name, self.limits)
     }
 
-    /// The vector of this name, where there is one.
+    /// The vector of this name, if present.
     fn optional(&mut self, name: &str) -> Result<Option<Vec<f64>>, FormatError> {
         if !self.has(name) {
             return Ok(None);

@@ -21,7 +21,7 @@ use crate::touchstone::{is_touchstone, read_touchstone};
 /// Bytes by which a file is recognised.
 const HEAD_BYTES: u64 = 1 << 14;
 
-/// The format of a file by its content, and by the header beside it where it has none of its own.
+/// The format of a file by its content, and by the header next to it where it has none inside.
 ///
 /// # Errors
 /// A file that cannot be read.
@@ -62,7 +62,7 @@ fn by_head(path: &Path, head: &[u8]) -> Option<Format> {
             return Some(Format::AnalyserCsv);
         }
     }
-    // Samples without a header of their own are what the file beside them says.
+    // Samples without an internal header have the format of the header file next to them.
     if is_dt1(head) && find(path, is_hd).is_some() {
         return Some(Format::Dt1);
     }
@@ -76,7 +76,7 @@ fn by_head(path: &Path, head: &[u8]) -> Option<Format> {
     (is_data && find(path, is_rad).is_some() && !is_gpr_extra(path)).then_some(Format::Mala)
 }
 
-/// Marks and positions of MALÅ lie beside the data, too.
+/// Marks and positions of MALÅ are next to the data, too.
 fn is_gpr_extra(path: &Path) -> bool {
     has_extension(path, "cor") || has_extension(path, "mrk") || has_extension(path, "rad")
 }
@@ -89,8 +89,8 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 /// Reads a radar file of any kind, with the files that belong to it.
 ///
 /// # Errors
-/// A file that cannot be read, of no known kind, without the header that belongs beside it, broken, or larger than
-/// `limits` admit.
+/// An unreadable file, a file of unknown kind, without its header file, damaged, or larger than `limits`
+/// admit.
 pub fn open(path: &Path, limits: &Limits) -> Result<Recording, FormatError> {
     let head = companion::head(path, HEAD_BYTES)?;
     if head.is_empty() {
@@ -126,7 +126,7 @@ pub fn open(path: &Path, limits: &Limits) -> Result<Recording, FormatError> {
     }
 }
 
-/// A file that is not recognised: perhaps the half of one that is.
+/// An unrecognised file: possibly one of a pair of files.
 fn unknown(head: &[u8]) -> FormatError {
     if is_dt1(head) {
         return FormatError::NoCompanion {

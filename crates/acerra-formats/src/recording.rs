@@ -1,4 +1,4 @@
-//! What every reader hands on: traces over fast time or frequency, and what is known of each.
+//! Output of every reader: traces over fast time or frequency, and their properties.
 
 use num_complex::Complex32;
 
@@ -85,7 +85,7 @@ impl Values {
     }
 }
 
-/// What the columns of a channel's samples are.
+/// Meaning of the columns of a channel's samples.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Axis {
     /// Evenly spaced fast time.
@@ -115,7 +115,7 @@ impl Axis {
 /// Places of traces, one each.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Positions {
-    /// In the file's own axes: x east, y north, z up, m.
+    /// In the file's axes: x east, y north, z up, m.
     Local(Vec<[f64; 3]>),
     /// On WGS84: latitude and longitude in degrees, ellipsoidal height in m.
     Geodetic(Vec<[f64; 3]>),
@@ -150,7 +150,7 @@ pub struct Channel {
     pub values: Values,
     /// Seconds from the first trace, one a trace, where the file holds them.
     pub time_s: Option<Vec<f64>>,
-    /// Way along the line, m, one a trace, where an odometer or a step was recorded.
+    /// Distance along the line, m, one a trace, where an odometer or a step was recorded.
     pub along_m: Option<Vec<f64>>,
     /// Middle between the antennas, one a trace, where the file holds it.
     pub positions: Option<Positions>,
@@ -250,7 +250,7 @@ impl Channel {
 /// Two statements of a file, or a statement and a law of nature, that do not agree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contradiction {
-    /// What both are about, with the fields.
+    /// Subject of both, with the fields.
     pub about: String,
     /// The value that is used.
     pub used: f64,
@@ -267,13 +267,13 @@ pub struct Recording {
     pub format: Format,
     /// Channels, at least one.
     pub channels: Vec<Channel>,
-    /// What the header says beside, in the file's own names.
+    /// Further entries of the header, in the file's own names.
     pub header: Vec<(String, String)>,
     /// Traces (counted from 0) that were marked while measuring.
     pub marks: Vec<usize>,
     /// Bytes that make no whole trace, or are where none is expected.
     pub skipped_bytes: u64,
-    /// What was assumed, left out or not found, in words.
+    /// Assumptions, omissions and missing data, in words.
     pub remarks: Vec<String>,
     /// Statements that do not agree.
     pub contradictions: Vec<Contradiction>,

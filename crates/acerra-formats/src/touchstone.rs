@@ -30,7 +30,7 @@ pub fn is_touchstone(head: &[u8]) -> bool {
     })
 }
 
-/// How a number pair says a complex number.
+/// Format of a complex number as a pair.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Pair {
     RealImaginary,
@@ -48,7 +48,7 @@ impl Pair {
     }
 }
 
-/// What the lines before the data say.
+/// Content of the lines before the data.
 struct Options {
     hz: f64,
     pair: Pair,

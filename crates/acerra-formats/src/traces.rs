@@ -1,4 +1,4 @@
-//! Records of equal length: the whole ones, and how many bytes are left.
+//! Records of equal length: the whole ones, and the number of remaining bytes.
 
 use std::io::Read;
 
@@ -51,7 +51,7 @@ impl Word {
 /// Hands each whole record of `record_bytes` to `take`; returns their number and the bytes that are left.
 ///
 /// # Errors
-/// Those of the stream and of `take`; more samples than are held.
+/// Errors of the stream and of `take`; more samples than the limit.
 pub fn records(
     reader: &mut impl Read,
     [record_bytes, record_samples]: [usize; 2],

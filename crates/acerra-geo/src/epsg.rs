@@ -54,7 +54,7 @@ enum Kind {
     Geographic,
     /// A UTM zone on WGS84.
     Utm { zone: u8, south: bool },
-    /// What `proj4rs` makes of the registry's definition.
+    /// The projection that `proj4rs` makes from the registry's definition.
     Projected { wgs84: Box<Proj>, crs: Box<Proj> },
 }
 
@@ -81,7 +81,7 @@ impl EpsgCrs {
 
     /// The system of an EPSG code.
     ///
-    /// Datum shifts are those of the definition (`+towgs84`): metres for old national datums.
+    /// Datum shifts are as in the definition (`+towgs84`): metres for old national datums.
     ///
     /// # Errors
     /// A code that is not in the table, a definition that cannot be computed here, a datum whose
@@ -197,8 +197,8 @@ fn projected(code: u32, definition: &str) -> Result<Kind, CrsError> {
     })
 }
 
-/// Whether a definition says how its datum is related to WGS84: without that, coordinates would be
-/// off by up to hundreds of metres without a word.
+/// Whether a definition relates its datum to WGS84: without that relation, coordinates would silently be off
+/// by up to hundreds of metres.
 fn datum_is_related(definition: &str) -> Result<(), String> {
     let value = |key: &str| {
         definition
@@ -223,8 +223,8 @@ fn datum_is_related(definition: &str) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// Coordinates by PROJ 9.5 (`pyproj`, `always_xy`), at places where the systems are used. Shifts by
-    /// seven parameters are those of the definitions.
+    /// Coordinates by PROJ 9.5 (`pyproj`, `always_xy`), at places where the systems are used. Shifts by seven
+    /// parameters are as in the definitions.
     #[test]
     fn coordinates_are_those_of_proj() {
         for (code, lat, lon, expected) in PROJ {

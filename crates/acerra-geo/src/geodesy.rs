@@ -70,10 +70,9 @@ pub fn ecef_from_geodetic(place: &Geodetic) -> Vector3 {
 
 /// Latitude, longitude and height of an Earth-centred, Earth-fixed point (m).
 ///
-/// Bowring's iteration on the parametric latitude, until the latitude stands still: good to
-/// 1e-12 rad and 1e-8 m from 100 km inside the ellipsoid out to the satellites. On the axis the
-/// longitude is 0; at the Earth's centre, where no normal is unique, the answer is a point below
-/// the equator.
+/// Bowring's iteration on the parametric latitude, until the latitude converges: accurate to 1e-12 rad and
+/// 1e-8 m from 100 km inside the ellipsoid out to the satellites. On the axis the longitude is 0; at the
+/// Earth's centre, where no normal is unique, the answer is a point below the equator.
 #[must_use]
 pub fn geodetic_from_ecef(pos_in_ecef_m: Vector3) -> Geodetic {
     let [x, y, z] = pos_in_ecef_m;
@@ -291,7 +290,7 @@ mod tests {
         let p = [12.5, -300.0, 41.0];
         let back = frame.enu_from_ecef(frame.ecef_from_enu(p));
         assert!(p.iter().zip(back).all(|(a, b)| (a - b).abs() < 3e-9));
-        // A standard deviation of 3 m upwards is one of 3 m along the radius.
+        // A standard deviation of 3 m upwards is a standard deviation of 3 m along the radius.
         let up = [[0.0; 3], [0.0; 3], [0.0, 0.0, 9.0]];
         let ecef = frame.ecef_covariance_from_enu(&up);
         assert!((ecef[0][0] + ecef[1][1] + ecef[2][2] - 9.0).abs() < 1e-14);

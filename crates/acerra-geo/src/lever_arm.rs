@@ -8,7 +8,7 @@ use crate::trajectory::{Attitude, Fix, Trajectory};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct HeadingOptions {
-    /// Below this horizontal speed (m/s) the track says nothing about the nose.
+    /// Horizontal speed (m/s) below which the track does not show the heading.
     pub min_speed_m_s: f64,
     /// Time over which the velocity is taken (s).
     pub window_s: f64,
@@ -26,15 +26,15 @@ impl Default for HeadingOptions {
 /// Where the axes came from, fix by fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LeverArmReport {
-    /// Fixes with an attitude of their own.
+    /// Fixes with a recorded attitude.
     pub from_attitude: usize,
     /// Fixes whose axes are the track's heading, level.
     pub from_track: usize,
     /// Fixes that hover or lack an attitude: axes held from the nearest earlier one (before the
     /// first: the first).
     pub held: usize,
-    /// Of those held: attitudes that turn over for one fix and back, faster than a body can, as
-    /// motion capture does when it takes one marker for another.
+    /// Of those held: attitudes that turn over for one fix and back, faster than a body can, as motion
+    /// capture does when it mistakes one marker for another.
     pub flipped: usize,
     /// Fixes moved straight up or down, which needs no heading.
     pub vertical: usize,
@@ -53,17 +53,16 @@ pub enum LeverArmError {
          faster than {min_speed_m_s} m/s"
     )]
     NoHeading {
-        /// The speed asked for (m/s).
+        /// The requested speed (m/s).
         min_speed_m_s: f64,
     },
 }
 
 /// The trajectory of a point that sits `forward_left_up_m` from the one positioned.
 ///
-/// The body's axes are the recorded attitude where there is one. Where there is none the body is
-/// taken as level with its nose along the track, which holds for a drone that flies forward and
-/// not for one that drifts sideways; hovering keeps the last heading. The report says how many
-/// fixes rest on which.
+/// The body's axes are the recorded attitude where there is one. Otherwise the body is assumed level with its
+/// nose along the track, which is valid for a drone that flies forward and not for one that drifts sideways;
+/// hovering keeps the last heading. The report counts the fixes of each kind.
 ///
 /// # Errors
 /// [`LeverArmError`] for a lever arm that is not finite, or one with a horizontal part when no

@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn the_projection_is_conformal_with_the_scale_of_the_zone() {
-        // Small steps north and east are at right angles and stretched alike.
+        // Small steps north and east are at right angles and equally stretched.
         let at = |lat: f64, lon: f64| {
             utm_from_geodetic(&Geodetic::from_degrees(lat, lon, 0.0), 33, false)
         };

@@ -7,8 +7,8 @@ use crate::matrix::{Matrix3, Vector3};
 use crate::time::GpsTime;
 use crate::trajectory::{Frame, TimeOrigin, Trajectory};
 
-/// Writes a trajectory as CSV that [`read_trajectory`](crate::read::read_trajectory) brings back
-/// to the last bit, but for what is between axes of a covariance.
+/// Writes a trajectory as CSV that [`read_trajectory`](crate::read::read_trajectory) reproduces bitwise,
+/// except for covariances between axes.
 ///
 /// Two comment lines (`#`) keep the frame's origin and the instant of second zero, when known;
 /// columns without a single value are left out.

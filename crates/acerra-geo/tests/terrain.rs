@@ -270,7 +270,7 @@ fn what_cannot_be_used_is_refused_with_its_place() {
         ("# nothing\n", "empty"),
         ("0 0 1\n1 0\n", "line 2: expected x, y and z"),
         ("0 0 1\n1 0 nan\n", "line 2: expected a finite number"),
-        ("0 0 1\n1 0 1\n2.4 0 1\n9.3 7.1 2\n", "stands on no grid"),
+        ("0 0 1\n1 0 1\n2.4 0 1\n9.3 7.1 2\n", "is on no grid"),
         (
             "ncols 2\nnrows 2\ncellsize 1\n1 2 3 4\n",
             "line 4: expected xllcorner",

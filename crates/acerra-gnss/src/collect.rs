@@ -5,7 +5,7 @@ use crate::observations::observation::{
     EPOCH_TOLERANCE_S, EventRecord, ObservationData, ObservationEpoch,
 };
 
-/// Takes epochs and events as they come and hands out [`ObservationData`] with its promises kept.
+/// Collects epochs and events in any order and returns [`ObservationData`] with its guarantees.
 #[derive(Debug, Default)]
 pub(crate) struct Collector {
     epochs: Vec<(Place, ObservationEpoch)>,

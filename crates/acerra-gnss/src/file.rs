@@ -26,13 +26,13 @@ use crate::ubx::{self, UbxLog, read_ubx};
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GnssFile {
-    /// What its content was recognised as, inside any gzip.
+    /// Recognised kind of its content, inside any gzip.
     pub kind: FileKind,
     /// Observations, with one signal per frequency slot; `None` for navigation files.
     pub observations: Option<ObservationData>,
     /// Navigation data; `None` for RINEX observation files. Raw logs hold both.
     pub navigation: Option<Navigation>,
-    /// What was dropped on the way.
+    /// Data dropped by the reader.
     pub report: ReadReport,
 }
 
@@ -63,8 +63,8 @@ pub fn read_gnss(reader: impl Read, limits: Limits) -> Result<GnssFile, ReadErro
     read_gnss_near(reader, limits, &RtcmHints::default())
 }
 
-/// As [`read_gnss`], with what an RTCM 3 log may not say about itself: its date, and the frequency
-/// channels of GLONASS satellites.
+/// As [`read_gnss`], with data that an RTCM 3 log may lack: its date, and the frequency channels of GLONASS
+/// satellites.
 ///
 /// # Errors
 /// As [`read_gnss`]; [`ReadError::NoDate`] for an RTCM 3 log whose week neither its messages nor
@@ -95,7 +95,7 @@ pub fn read_gnss_near(
     Ok(file)
 }
 
-/// Reads what was packed; packed once more it is refused.
+/// Reads packed content; content packed twice is refused.
 fn read_member(
     reader: impl Read,
     limits: Limits,
@@ -358,7 +358,7 @@ fn rtcm_file(log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
     })
 }
 
-/// The choice of signals that a RINEX 3 file of these epochs would lead to.
+/// The choice of signals for a RINEX 3 file of these epochs.
 fn choice_of(epochs: &[(u64, RecordedEpoch)]) -> SignalChoice {
     let mut listed: Vec<_> = epochs
         .iter()

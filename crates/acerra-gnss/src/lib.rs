@@ -32,7 +32,7 @@
 //! | `observations` | satellites, signals, epochs of measurements |
 //! | `orbits` | broadcast and precise orbits, ranges, atmospheric delays |
 //! | `input`, `rinex`, `crinex`, `ubx`, `rtcm`, `precise`, `antex` | readers |
-//! | `options`, `solution` | what a run is given, and what it gives |
+//! | `options`, `solution` | inputs and results of a run |
 //! | `pos`, `conf`, `output` | files of solutions and options |
 //! | `control`, `linear` | cancellation and threads; linear algebra |
 //! | `measurements` | one epoch as the filter takes it, with assumed noise |

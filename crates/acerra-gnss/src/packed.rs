@@ -8,15 +8,15 @@ use zip::ZipArchive;
 
 use crate::input::ReadError;
 
-/// What any file may unpack to, in bytes, and how many times its packed length beyond that: logs shrink to a half, texts
-/// to a tenth.
+/// Largest unpacked size of any file, in bytes, and largest ratio to the packed length beyond that: logs
+/// shrink to a half, texts to a tenth.
 const FREE_BYTES: u64 = 16 << 20;
 const MOST_TIMES: u64 = 16;
 
-/// Most members of an archive that are looked at.
+/// Largest number of members of an archive that are read.
 const MAX_MEMBERS: usize = 256;
 
-/// Counts what is taken of a packed stream.
+/// Counts the bytes read of a packed stream.
 pub(crate) struct Counted<R> {
     inner: R,
     packed: Arc<AtomicU64>,
@@ -44,8 +44,8 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// What comes out of a decoder. It ends where the packed stream is cut off, instead of failing, and notes that; it fails
-/// where a small file unpacks without end.
+/// Output of a decoder. It ends where the packed stream is cut off, instead of failing, and notes that; it
+/// fails where a small file unpacks without end.
 pub(crate) struct Unpacked<R> {
     inner: R,
     packed: Arc<AtomicU64>,
@@ -79,8 +79,8 @@ impl<R: Read> Read for Unpacked<R> {
             return Err(Error::new(
                 ErrorKind::InvalidData,
                 format!(
-                    "{packed} packed bytes unpack to more than {MOST_TIMES} times as many, as no log does: unpack the \
-                     file if it is one"
+                    "{packed} packed bytes unpack to more than {MOST_TIMES} times as many, more than any \
+                     log: unpack the file if it is a log"
                 ),
             ));
         }
@@ -88,10 +88,10 @@ impl<R: Read> Read for Unpacked<R> {
     }
 }
 
-/// Hands each file of a zip archive on, with its name.
+/// Calls `take` for each file of a zip archive, with its name.
 ///
 /// # Errors
-/// An archive that is broken, and what `take` says.
+/// An archive that is broken, and errors of `take`.
 pub(crate) fn each_member(
     archive: &[u8],
     mut take: impl FnMut(String, &mut dyn Read) -> Result<(), ReadError>,

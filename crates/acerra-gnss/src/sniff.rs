@@ -2,10 +2,10 @@
 
 use crate::input::{BYTE_ORDER_MARK, FileKind, line_end};
 
-/// How many leading bytes [`sniff`] looks at; more are ignored.
+/// Number of leading bytes that [`sniff`] reads; more are ignored.
 pub(crate) const SNIFF_BYTES: usize = 1 << 16;
 
-/// Says what a file holds from its first bytes (64 KiB are looked at, a few hundred usually do).
+/// Kind of a file by its first bytes (64 KiB are read, a few hundred usually suffice).
 ///
 /// ```
 /// use acerra_gnss::input::{FileKind, sniff};

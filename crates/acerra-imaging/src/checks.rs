@@ -70,7 +70,8 @@ pub(crate) fn check_pixel(what: &'static str, found: f64) -> Result<(), ImagingE
     })
 }
 
-/// Refuses a value that is not a finite number above zero; `expected` says so with its unit.
+/// Refuses a value that is not a finite number above zero; `expected` is the wording of the error, with the
+/// unit.
 pub(crate) fn check_positive(
     what: &'static str,
     expected: &'static str,

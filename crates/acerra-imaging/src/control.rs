@@ -21,7 +21,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// A part of a run that reports nothing but can be cancelled.
+    /// A part of a run without progress that can be cancelled.
     pub fn silent(control: Control<'a>) -> Self {
         Self::new(control.silent(), 0)
     }

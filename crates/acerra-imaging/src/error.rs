@@ -30,12 +30,12 @@ pub enum ImagingError {
         /// Index of the first such value.
         index: usize,
     },
-    /// A value lies outside what has a meaning.
+    /// A value outside its valid range.
     #[error("{what} is {found}, expected {expected}")]
     OutOfRange {
         /// Which quantity.
         what: &'static str,
-        /// What is allowed, in words.
+        /// The valid range, in words.
         expected: &'static str,
         /// Value found.
         found: f64,
@@ -51,7 +51,7 @@ pub enum ImagingError {
         limit_bytes: u128,
     },
     /// An antenna is exactly on an image point, where 1/R² has no value.
-    #[error("pulse {pulse} stands exactly on image point {point}: 1/R² has no value there")]
+    #[error("pulse {pulse} is exactly on image point {point}: 1/R² has no value there")]
     ZeroRange {
         /// Index of the pulse.
         pulse: usize,
@@ -64,10 +64,10 @@ pub enum ImagingError {
     /// The operation was cancelled through its [`Control`](crate::Control).
     #[error("cancelled")]
     Cancelled,
-    /// The processor lacks the instructions that were asked for.
+    /// The processor lacks the requested instructions.
     #[error("this processor has no {level}")]
     NoSuchLevel {
-        /// The instruction set asked for.
+        /// The requested instruction set.
         level: &'static str,
     },
 }

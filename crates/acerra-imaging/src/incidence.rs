@@ -6,10 +6,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// A weight by the angle θ from the vertical at which an antenna sees a pixel: a down-looking antenna's
 /// pattern cosⁿ θ, and a limit of incidence with a soft edge.
 ///
-/// Antennas that look down from a level flight see pixels of a level plane at an incidence equal to θ,
-/// and the weight of a pulse is a function of range. It costs nothing while imaging. Where pulses have
-/// boresights ([`Pulses::with_boresight`](crate::Pulses::with_boresight)), the pattern counts from these and
-/// the limit from the vertical.
+/// Antennas that look down from a level flight see pixels of a level plane at an incidence equal to θ, and
+/// the weight of a pulse is a function of range. This weight costs no time during imaging. Where pulses have
+/// boresights ([`Pulses::with_boresight`](crate::Pulses::with_boresight)), the pattern's angle counts from
+/// the boresights and the limit from the vertical.
 ///
 /// ```
 /// use acerra_imaging::IncidenceWeight;
@@ -69,7 +69,7 @@ impl IncidenceWeight {
         }
     }
 
-    /// The same, if its angles have a meaning.
+    /// This weight, if its angles are valid.
     pub(crate) fn checked(self) -> Result<Self, ImagingError> {
         let refuse = |what, expected, found| {
             Err(ImagingError::OutOfRange {

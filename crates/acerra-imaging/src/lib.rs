@@ -1,11 +1,11 @@
 //! Radar imaging by the adjoint of the scattering operator.
 //!
-//! From the spectra that a moving antenna measured, and where it was, this crate computes an image of
-//! the scene, Eq. (3) of Catapano et al. 2020: σ̃(r) = Σ_m w_m Σ_n E(m, n) e^{+j4πf_n R_m/c} / R_m².
-//! It keeps a stated accuracy against that sum in double precision, on planes, tilted planes, uneven
-//! ground and volumes, along any trajectory. The transposed operator models echoes of an image;
-//! [`metrics`] measures targets, [`psf`] and [`resolution`] say what a flight can resolve, and
-//! [`sensitivity`] what positioning errors do to it.
+//! This crate computes an image of a scene from the spectra and positions of a moving antenna, by Eq. (3) of
+//! Catapano et al. 2020: σ̃(r) = Σ_m w_m Σ_n E(m, n) e^{+j4πf_n R_m/c} / R_m². The error relative to that sum
+//! in double precision stays below a stated accuracy, on planes, tilted planes, uneven ground and volumes,
+//! along any trajectory. The transposed operator models echoes of an image; [`metrics`] measures targets,
+//! [`psf`] and [`resolution`] predict the resolution of a flight, and [`sensitivity`] the effect of
+//! positioning errors on an image.
 //!
 //! ```text
 //! PulseArrays ──► Pulses ──────┐                          ┌──► image ──► ImageView ──► Measurement

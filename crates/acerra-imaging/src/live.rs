@@ -9,7 +9,7 @@ use acerra_control::Control;
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-/// The image of all pulses pushed so far, readable at any time.
+/// The image of all pulses pushed so far, which can be read at any time.
 ///
 /// ```
 /// use acerra_imaging::{

@@ -1,4 +1,4 @@
-//! Looks: the aperture partitioned along the track, each part an image of its own, their powers
+//! Looks: the aperture is partitioned along the track; each part gives a separate image, and their powers are
 //! summed.
 //!
 //! Looks see a place from different directions: their speckle differs, and the mean of their
@@ -74,7 +74,7 @@ pub fn looks(
         path_m.push(so_far);
     }
     if so_far <= 0.0 {
-        // A radar that stands: cut by number.
+        // A radar at rest: partitioned by number of pulses.
         path_m = (0..position_m.len()).map(|k| k as f64).collect();
         so_far = (position_m.len() - 1).max(1) as f64;
     }

@@ -46,7 +46,7 @@ pub struct PulseArrays<'a> {
     pub light_speed_m_s: f64,
 }
 
-/// Measured data: a spectrum and an antenna position for every pulse, borrowed from their owner.
+/// Measured data: a spectrum and an antenna position for every pulse, borrowed.
 ///
 /// ```
 /// use acerra_imaging::{Complex64, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};
@@ -84,7 +84,7 @@ struct Antennas<'a> {
     receiver_m: &'a [[f64; 3]],
 }
 
-/// Distance of transmitter and receiver from [`Pulses::position_m`] beyond which they are not antennas of one
+/// Distance of transmitter and receiver from [`Pulses::position_m`] beyond which they cannot belong to one
 /// craft, m.
 const FARTHEST_ANTENNA_M: f64 = 100.0;
 
@@ -136,9 +136,9 @@ impl<'a> Pulses<'a> {
         })
     }
 
-    /// The same pulses with transmitter and receiver apart, `[M]` of `[x, y, z]` in metres each: the way of an echo
-    /// is the sum of both. The positions remain the places by which tracks and resolution count, in the middle of
-    /// both.
+    /// These pulses with separate transmitter and receiver, `[M]` of `[x, y, z]` in metres each: the path of
+    /// an echo is the sum of the paths to both. The positions remain the reference of tracks and resolution,
+    /// in the middle of both.
     ///
     /// # Errors
     /// Other numbers of places than pulses, places that are not finite or more than 100 m from the position.
@@ -184,7 +184,7 @@ impl<'a> Pulses<'a> {
         Ok(Self { antennas, ..self })
     }
 
-    /// The same pulses over ground: rays to points below its surface are refracted.
+    /// These pulses over ground: rays to points below its surface are refracted.
     ///
     /// # Errors
     /// An antenna that does not hang at least a millimetre above the surface.
@@ -238,14 +238,14 @@ impl<'a> Pulses<'a> {
         }
     }
 
-    /// Whether every echo's way is twice the distance from the position.
+    /// Whether the path of every echo is twice the distance from the position.
     pub(crate) fn is_plain(&self) -> bool {
         self.antennas.is_none() && self.ground.is_none()
     }
 
-    /// The same pulses with the direction in which the antenna looks at each, `[M]` unit vectors in the axes
-    /// of the positions. A weight by the antenna's pattern counts from these; without them the antenna looks
-    /// straight down.
+    /// These pulses with the direction in which the antenna looks at each, `[M]` unit vectors in the axes of
+    /// the positions. The angles of a weight by the antenna's pattern count from these directions; without
+    /// them the antenna looks straight down.
     ///
     /// # Errors
     /// Another number of directions than pulses, or one whose length differs from 1 by more than 10⁻⁶.
@@ -286,7 +286,7 @@ impl<'a> Pulses<'a> {
         self.boresight
     }
 
-    /// The same pulses of an antenna that looks straight down.
+    /// These pulses of an antenna that looks straight down.
     #[must_use]
     pub fn without_boresight(self) -> Self {
         Self {
@@ -362,17 +362,17 @@ impl<'a> Pulses<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// The same pulses with other weights, `[M]`.
+    /// These pulses with other weights, `[M]`.
     ///
     /// # Errors
-    /// Another number of weights, or one that is not finite.
+    /// A wrong number of weights, or a weight that is not finite.
     pub fn with_weight(self, weight: &'a [f64]) -> Result<Self, ImagingError> {
         check_length("weight", self.len(), weight.len())?;
         check_finite("weight", weight.iter().copied())?;
         Ok(Self { weight, ..self })
     }
 
-    /// The pulses `range`, borrowed from the same arrays (a sub-aperture look).
+    /// The pulses `range`, borrowed from the same arrays (the sub-aperture of a look).
     ///
     /// # Errors
     /// An empty range, or one that ends beyond the last pulse.

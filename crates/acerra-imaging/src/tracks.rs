@@ -1,14 +1,13 @@
-//! Several tracks into one coherent image: what each track's instrument adds in delay and phase,
-//! and how to find it on a target that all tracks see.
+//! Several tracks in one coherent image: delay and phase of each track's instrument, and their estimation on
+//! a target that all tracks see.
 //!
-//! An instrument that adds the delay τ and the phase φ turns the echo E(f) into
-//! E(f)·e^{j(φ − 2πfτ)}. Tracks whose τ and φ differ do not add up; with the first track as the
-//! measure, the others' are found as follows. At a point p the track k adds up to
-//! S_k(f) = Σ_m w_m E_k(m, f) e^{j4πfR_m(p)/c}/R_m², of which a target at p makes a constant and
-//! the instrument e^{j(φ − 2πfτ)}: the profile |Σ_f S_k(f) e^{j2πfτ}| is greatest at the track's
-//! delay, and its phase there is the track's phase. p is a maximum of the first track's image; of
-//! several, the one that all tracks agree on, since what is a ghost to one track is none to a
-//! track beside it.
+//! An instrument that adds the delay τ and the phase φ turns the echo E(f) into E(f)·e^{j(φ − 2πfτ)}. Tracks
+//! whose τ and φ differ do not add up; relative to the first track, τ and φ of the other tracks are estimated
+//! as follows. At a point p the sum over track k is S_k(f) = Σ_m w_m E_k(m, f) e^{j4πfR_m(p)/c}/R_m². For a
+//! target at p it is a constant times the instrument's e^{j(φ − 2πfτ)}: the profile |Σ_f S_k(f) e^{j2πfτ}| is
+//! greatest at the track's delay, and its phase there is the track's phase. The point p is a maximum of the
+//! first track's image; of several maxima, the one that all tracks agree on, since the ghost of one track is
+//! absent from a parallel track.
 
 use crate::checks::{check_finite, check_length, check_positive};
 use crate::error::ImagingError;
@@ -70,7 +69,7 @@ impl Calibration {
     }
 }
 
-/// A calibration found from the data, and how well.
+/// A calibration found from the data, with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Delay and phase against the first track's.
@@ -78,13 +77,13 @@ pub struct Estimate {
     /// Standard deviation of the delay, s.
     pub delay_sigma_s: f64,
     /// Standard deviation of the phase at the middle of the band, rad. (At frequency zero, where
-    /// [`Calibration::phase_rad`] is counted, the delay's error is added.)
+    /// [`Calibration::phase_rad`] is defined, the delay's error is added.)
     pub phase_sigma_rad: f64,
     /// Level of the target over the rest of the profile, dB.
     pub contrast_db: f64,
 }
 
-/// What was found on the target that all tracks see.
+/// Calibrations from the target that all tracks see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommonTarget {
     /// Where it is, `[x, y, z]` m.
@@ -96,21 +95,21 @@ pub struct CommonTarget {
 /// How a common target is searched for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CalibrationOptions {
-    /// Largest delay searched, either way, s.
+    /// Largest delay searched, to either side, s.
     pub window_s: f64,
     /// Weight by range.
     pub spreading: Spreading,
 }
 
-/// Finds delay and phase of `tracks` against the first on a target that all of them see.
+/// Estimates delay and phase of `tracks` relative to the first on a target that all tracks see.
 ///
-/// `candidates_m` are places where it may be: maxima of the first track's image. The best of them
-/// is then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. A target that is off the surface is found beside its true place, and
-/// the tracks' phases are then right there and less so elsewhere.
+/// `candidates_m` are possible places of the target: maxima of the first track's image. The best place is
+/// then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. A target off the surface is
+/// found next to its true place; the tracks' phases then agree at that place and less so elsewhere.
 ///
-/// Uncertainties are those of delay and phase of a pulse in white noise, with everything in the
-/// profile beside the target taken as noise: 1/(2πβ√(2s)) and 1/√(2s), β being the band's standard
-/// deviation and s the contrast in power.
+/// Uncertainties are those of delay and phase of a pulse in white noise, where the profile outside the target
+/// counts as noise: 1/(2πβ√(2s)) and 1/√(2s), β being the band's standard deviation and s the contrast in
+/// power.
 ///
 /// # Errors
 /// No track, no candidate, a window that is not positive, a single frequency, cancellation.

@@ -4,10 +4,10 @@
 //! orthonormal U and V and a lower bidiagonal B_k (Golub & Kahan 1965; Paige & Saunders 1982, LSQR).
 //! The singular values of B_k converge to the singular values of L that contribute to the data.
 //!
-//! Every new left vector is orthogonalised against all before it, so that B Bᵀ = U⁺ L L⁺ U holds to
-//! rounding (one-sided reorthogonalisation: Simon & Zha 2000, Barlow 2013). Solutions are formed of the
-//! left vectors, σ = V Bᵀ z = L⁺ U z − α v z with ‖σ‖ = ‖Bᵀ z‖: of the right vectors, of the size of a
-//! scene, only the last is kept, at the price of one more adjoint at the end.
+//! Every new left vector is orthogonalised against all before it, so that B Bᵀ = U⁺ L L⁺ U holds to rounding
+//! (one-sided reorthogonalisation: Simon & Zha 2000, Barlow 2013). Solutions are formed of the left vectors,
+//! σ = V Bᵀ z = L⁺ U z − α v z with ‖σ‖ = ‖Bᵀ z‖. Only the last of the right vectors, which have the size of
+//! a scene, is kept, at the cost of one more adjoint at the end.
 
 use crate::error::{InvertError, check_length};
 use crate::operator::LinearOperator;
@@ -36,7 +36,7 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
     /// Starts from `data`.
     ///
     /// # Errors
-    /// Another number of data than the operator's, data that hold nothing, cancellation.
+    /// A wrong number of data, data that are zero, cancellation.
     pub fn start(
         operator: &'o L,
         data: &[Complex64],
@@ -102,8 +102,8 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
         Ok(true)
     }
 
-    /// Takes the part of the basis off `left`: by the recurrence, by a pass over all of it, and by a second one
-    /// where the first took much (Kahan's "twice is enough", Parlett 1998).
+    /// Removes the part within the basis from `left`: by the recurrence, by a pass over the whole basis, and
+    /// by a second pass where the first removed much (Kahan's "twice is enough", Parlett 1998).
     fn orthogonalise(&self, left: &mut [Complex64]) {
         if let (Some(alpha), Some(last)) = (self.alpha.last(), self.left.last()) {
             add_scaled(left, Complex64::new(-alpha, 0.0), last);
@@ -182,7 +182,7 @@ impl<'o, L: LinearOperator + ?Sized> Bidiagonalization<'o, L> {
         Ok(self.scratch)
     }
 
-    /// A measure of ‖L‖ so far.
+    /// An estimate of ‖L‖ so far.
     fn scale(&self) -> f64 {
         let entries = self.alpha.iter().chain(&self.beta);
         entries.copied().fold(0.0, f64::max)

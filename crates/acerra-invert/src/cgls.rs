@@ -31,7 +31,7 @@ impl Default for CglsOptions {
     }
 }
 
-/// A scene and the iterations that led to it.
+/// A scene and the iterations of its computation.
 #[derive(Debug, Clone)]
 pub struct CglsSolution {
     /// The scene.
@@ -43,7 +43,7 @@ pub struct CglsSolution {
 /// Solves min ‖Lσ − d‖² + μ²‖σ‖² from σ = 0.
 ///
 /// # Errors
-/// Parameters without a meaning, data that hold nothing, errors of the operator, cancellation.
+/// Invalid parameters, data that are zero, errors of the operator, cancellation.
 pub fn cgls<L: LinearOperator + ?Sized>(
     operator: &L,
     data: &[Complex64],

@@ -1,9 +1,9 @@
 //! CLEAN with the true, place-dependent point spread (Högbom 1974; in major and minor cycles, Schwab
 //! 1984).
 //!
-//! A minor cycle takes components off the local maxima of the residual image by their exact overlaps
-//! ⟨Lᵢ, Lⱼ⟩, one term a pulse; a major cycle takes their exact echoes off the data and images what is
-//! left. No gridded or shift-invariant beam enters.
+//! A minor cycle subtracts components at the local maxima of the residual image by their exact overlaps ⟨Lᵢ,
+//! Lⱼ⟩, one term a pulse; a major cycle subtracts their exact echoes from the data and images the residual.
+//! No gridded or shift-invariant beam is used.
 
 use crate::error::{InvertError, check_length, check_range};
 use crate::flight::Flight;
@@ -38,18 +38,18 @@ pub struct Component {
     pub reflectivity: Complex64,
 }
 
-/// Components, and what is left.
+/// Components, and the residual.
 #[derive(Debug, Clone)]
 pub struct CleanSolution {
     /// The components, by pixel.
     pub components: Vec<Component>,
     /// The image of the residual data, as the reflectivity that a point would need: ⟨Lᵢ, r⟩/‖Lᵢ‖².
     pub residual: Vec<Complex64>,
-    /// The major cycles; their `change` is the greatest correlation left over that of the data.
+    /// The major cycles; their `change` is the greatest remaining correlation over that of the data.
     pub history: History,
 }
 
-/// Depth of a minor cycle: maxima above this share of the greatest enter it, and are cleaned down to it.
+/// Depth of a minor cycle: maxima above this share of the greatest are used, and cleaned down to it.
 const MINOR_DEPTH: f64 = 0.5;
 /// Most maxima of a minor cycle.
 const MINOR_MAXIMA: usize = 160;

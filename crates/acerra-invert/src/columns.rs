@@ -1,4 +1,4 @@
-//! Norms of the operator's columns: how strongly a unit point of every pixel returns.
+//! Norms of the operator's columns: amplitude of a unit point's echoes for every pixel.
 
 use crate::flight::Flight;
 use acerra_imaging::ImageGrid;

@@ -20,18 +20,18 @@ pub enum InvertError {
         /// Length found.
         found: usize,
     },
-    /// A parameter outside what has a meaning.
+    /// A parameter outside its valid range.
     #[error("{what} is {found}, expected {expected}")]
     OutOfRange {
         /// Which parameter.
         what: &'static str,
-        /// What is allowed, in words.
+        /// The valid range, in words.
         expected: &'static str,
         /// Value found.
         found: f64,
     },
     /// Data that are zero, or that no pixel explains.
-    #[error("the data hold nothing that a pixel could return: every value of {what} is zero")]
+    #[error("the data are zero: every value of {what} is zero")]
     NoSignal {
         /// Which array.
         what: &'static str,
@@ -46,7 +46,7 @@ pub enum InvertError {
         /// Bytes allowed.
         limit_bytes: u128,
     },
-    /// Single precision does not keep the accuracy that a plan was asked for.
+    /// Single precision is insufficient for the accuracy requested of a plan.
     #[error(
         "the imaging operator keeps no relative error of {accuracy:.1e} in single precision on these \
          data, expected a geometry that it does"

@@ -9,11 +9,11 @@ use std::f64::consts::PI;
 /// Positions, frequencies and weights of the pulses, and the data in the inner product of the
 /// inversion.
 ///
-/// Eq. (3) with weights w_m is the adjoint of Eq. (1) if data are compared by Σ w_m a* b: its image
-/// is A⁺W d, with A of Eq. (1) and W = diag(w_m), and its least squares minimise
-/// Σ_m w_m Σ_n |d − Aσ|². Both are put into plain inner products by L = W^½ A and W^½ d:
-/// L⁺ W^½ d = A⁺W d is the image of Eq. (3), and ‖W^½ d − Lσ‖² the weighted misfit. The weights
-/// held here are therefore the square roots √w_m, for forward and adjoint alike.
+/// Eq. (3) with weights w_m is the adjoint of Eq. (1) if data are compared by Σ w_m a* b: its image is A⁺W d,
+/// with A of Eq. (1) and W = diag(w_m), and its least squares minimise Σ_m w_m Σ_n |d − Aσ|². With L = W^½ A
+/// and W^½ d both become plain inner products: L⁺ W^½ d = A⁺W d is the image of Eq. (3), and ‖W^½ d − Lσ‖²
+/// the weighted misfit. The weights held here are therefore the square roots √w_m, for forward and adjoint
+/// alike.
 #[derive(Debug, Clone)]
 pub struct Flight {
     position_m: Vec<[f64; 3]>,
@@ -54,14 +54,14 @@ impl Flight {
         })
     }
 
-    /// The same with another weight by range.
+    /// This flight with another weight by range.
     #[must_use]
     pub fn with_spreading(self, spreading: Spreading) -> Self {
         Self { spreading, ..self }
     }
 
-    /// The same with a weight by incidence over the level plane at `plane_z_m`; the antenna's pattern counts
-    /// from the boresights of the pulses where these have any.
+    /// This flight with a weight by incidence over the level plane at `plane_z_m`; the antenna's pattern
+    /// counts from the boresights of the pulses where these have any.
     #[must_use]
     pub fn with_incidence(self, weight: Option<IncidenceWeight>, plane_z_m: f64) -> Self {
         Self {
@@ -155,7 +155,7 @@ impl Flight {
         self.amplitude_at(pulse, range_m(self.position_m[pulse], point_m), point_m)
     }
 
-    /// The same where the range from the antenna, `range_m`, is known already.
+    /// The weight where the range from the antenna, `range_m`, is known already.
     #[must_use]
     pub(crate) fn amplitude_at(&self, pulse: usize, range_m: f64, point_m: [f64; 3]) -> f64 {
         let incidence = self.incidence.map_or(1.0, |(weight, plane_z_m)| {

@@ -1,4 +1,4 @@
-//! What a solver reports of its iterations.
+//! Report of a solver on its iterations.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ pub enum Stop {
     Converged,
     /// The residual has come down to the level of the noise.
     Noise,
-    /// The data hold nothing further: the Krylov space is exhausted.
+    /// The data hold no further information: the Krylov space is exhausted.
     Exhausted,
     /// The iterations allowed are spent.
     Iterations,
@@ -20,7 +20,7 @@ pub enum Stop {
 }
 
 impl Stop {
-    /// Whether the solution is the one that the method defines, rather than one on the way to it.
+    /// Whether the solution is the one that the method defines, rather than an intermediate one.
     #[must_use]
     pub fn is_converged(self) -> bool {
         matches!(self, Self::Converged | Self::Noise | Self::Exhausted)

@@ -6,7 +6,7 @@ use acerra_imaging::{Complex64, Control};
 /// A linear map from scenes (one complex reflectivity a pixel) to data (one complex value a pulse and
 /// frequency), and its adjoint under the plain inner products Σ a*b of both spaces.
 ///
-/// Solvers rest on ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩: an implementation states how well it keeps it.
+/// Solvers require ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩: an implementation states the accuracy of this identity.
 pub trait LinearOperator: Sync {
     /// Number of pixels.
     fn pixels(&self) -> usize;

@@ -1,4 +1,4 @@
-//! The operator in double precision on any points: the standard of the fast one.
+//! The operator in double precision on any points: the reference of the fast one.
 
 use crate::error::{InvertError, check_length};
 use crate::flight::Flight;

@@ -14,7 +14,7 @@ const POWERS: usize = 5;
 /// Greatest phase |4π(f−f_c)δ/c| within half a bin, rad.
 const REACH_RAD: f64 = 0.15;
 
-/// Adds to zeroed `data` `[M, N]` what all pulses see of `scene` on `surface`. Incomplete once
+/// Adds to zeroed `data` `[M, N]` the echoes of `scene` on `surface` for all pulses. Incomplete once
 /// cancelled.
 pub(crate) fn add_echoes(
     flight: &Flight,

@@ -29,10 +29,10 @@ pub struct PointResponse {
     pub main_share: f64,
 }
 
-/// Rayleigh distances of the adjoint that count as the point's own surroundings.
+/// Rayleigh distances of the adjoint that count as the point's surroundings.
 const OWN_CELLS: f64 = 2.0;
 
-/// Measures a method's image of a unit point at `point_m`; `None` where it shows nothing there.
+/// Measures a method's image of a unit point at `point_m`; `None` where the image is zero there.
 #[must_use]
 pub fn point_response(
     view: &ImageView<'_>,

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 /// Full width at −3 dB of the main lobe of a flat band or aperture over its Rayleigh distance.
 const WIDTH_OVER_RAYLEIGH: f64 = 0.886;
-/// A beam is drawn out to so many of its standard deviations of amplitude.
+/// Extent of a drawn beam in standard deviations of amplitude.
 const REACH: f64 = 3.5;
 
 /// Puts every component back as a Gaussian of the widths that theory expects at its place (Eqs. (6) and

@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 
 /// Random pixels on which the adjoint of every application checks itself.
 const CHECK_PIXELS: usize = 48;
-/// Relative errors tried where single precision keeps none tighter, as factors of the one asked for.
+/// Relative errors tried where single precision is insufficient, as factors of the requested one.
 const RELAXED: [f64; 3] = [1.0, 10.0, 100.0];
 /// No relative error above this is of use to a solver.
 const WORST_ACCURACY: f64 = 1e-2;
@@ -138,7 +138,7 @@ impl<'a> SceneOperator<'a> {
         [f64::NAN; 3]
     }
 
-    /// What the plans of the forward operator say.
+    /// Reports of the plans of the forward operator.
     #[must_use]
     pub fn explained(&self) -> String {
         match &self.forward {
@@ -180,7 +180,7 @@ impl<'a> SceneOperator<'a> {
         })
     }
 
-    /// The same on the slices of a volume, with one plan for as many of them as it holds for.
+    /// As above for the slices of a volume, with one plan for as many of them as possible.
     fn image_slices(
         &self,
         volume: &VolumeGrid,
@@ -214,8 +214,8 @@ impl<'a> SceneOperator<'a> {
             .with_check_pixels(CHECK_PIXELS)
     }
 
-    /// Whether an engine computes in double precision unasked: what solves for the scene applies the operator
-    /// again and again, so that single precision alone will do.
+    /// Whether an engine chooses double precision by itself: inversion applies the operator many times, so
+    /// that single precision alone is used.
     fn is_too_slow(&self, engine: Engine) -> bool {
         matches!(engine, Engine::Double | Engine::Reference)
             && self.options.engine != Engine::Reference

@@ -1,7 +1,7 @@
 //! Sparse scenes by FISTA (Beck & Teboulle 2009), complex, over one track or a group of tracks.
 //!
-//! min ½ Σ_t ‖L_t y_t − d_t‖² + λ Σ_i (Σ_t |y_ti|²)^½: with one track the complex ℓ1 norm, with several
-//! a pixel is dark or bright in all of them while its reflectivity may differ from track to track.
+//! min ½ Σ_t ‖L_t y_t − d_t‖² + λ Σ_i (Σ_t |y_ti|²)^½: with one track the complex ℓ1 norm, with several a
+//! pixel is dark or bright in all tracks while its reflectivity may differ from track to track.
 
 use crate::error::{InvertError, check_length, check_range};
 use crate::history::{History, Iteration, Stop};
@@ -66,7 +66,7 @@ pub fn sparse_bytes(tracks: &[TrackData]) -> u128 {
     tracks.iter().map(own).sum::<u128>() + working.unwrap_or(0)
 }
 
-/// Looks for the sparse scenes of one or more tracks over the same pixels.
+/// Computes the sparse scenes of one or more tracks over the same pixels.
 ///
 /// # Errors
 /// No track, tracks of different pixels, parameters without a meaning, errors of the operators,

@@ -1,7 +1,7 @@
 //! Truncated SVD and Tikhonov, by filtering the singular values that a bidiagonalisation finds.
 //!
-//! The filter is applied to B_k started at the data: f(L L⁺) d converges long before every singular
-//! value does, as only what the data hold counts. Once the Krylov space is exhausted the result is that
+//! The filter is applied to B_k started at the data: f(L L⁺) d converges long before every singular value
+//! does, as only the part excited by the data counts. Once the Krylov space is exhausted the result is that
 //! of the dense decomposition.
 
 use crate::bidiagonal::{Bidiagonalization, bidiagonalization_bytes};
@@ -41,7 +41,7 @@ pub struct SpectralOptions {
     pub regularization: Regularization,
     /// Most steps.
     pub max_iterations: usize,
-    /// Relative change of the solution, from one look at it to the next, below which it has converged.
+    /// Relative change of the solution between evaluations below which it has converged.
     pub tolerance: f64,
     /// Most bytes that basis and scenes may take.
     pub memory_limit_bytes: u128,
@@ -77,7 +77,7 @@ pub struct SpectralSolution {
     pub memory_bytes: u128,
 }
 
-/// Looks at the solution lie at least this many steps apart, and a twelfth of the steps so far.
+/// Evaluations of the solution are at least this many steps apart, and a twelfth of the steps so far.
 const LOOK_EVERY: usize = 4;
 /// Looks in a row that must agree.
 const AGREEING_LOOKS: usize = 2;
@@ -242,7 +242,7 @@ fn choose<L: LinearOperator + ?Sized>(
     })
 }
 
-/// The solutions looked at on the way.
+/// The solutions evaluated on the way.
 #[derive(Default)]
 struct Looks {
     iterations: Vec<Iteration>,

@@ -1,4 +1,4 @@
-//! Inner products and sums of long complex vectors; the same bits from any number of threads.
+//! Inner products and sums of long complex vectors, bitwise equal for any number of threads.
 
 use acerra_imaging::Complex64;
 use rayon::prelude::*;

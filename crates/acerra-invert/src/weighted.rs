@@ -1,4 +1,4 @@
-//! Column preconditioning: an operator whose pixels are weighted so that all are seen alike.
+//! Column preconditioning: an operator whose pixels are weighted to equal norms.
 
 use crate::error::{InvertError, check_length};
 use crate::operator::LinearOperator;
@@ -8,8 +8,8 @@ use acerra_imaging::{Complex64, Control};
 /// L·D, with a positive diagonal D: the scene is σ = D y.
 ///
 /// With D = 1/‖Lᵢ‖ ([`even_weights`](crate::columns::even_weights)) every column has the norm 1: a unit point
-/// has the same peak at every pixel, and a regularisation of ‖y‖ weighs near and far pixels alike,
-/// which under 1/R² it does not.
+/// has the same peak at every pixel, and a regularisation of ‖y‖ penalises near and far pixels equally,
+/// unlike ‖σ‖ under 1/R².
 pub struct Weighted<'a, L: ?Sized> {
     operator: &'a L,
     weight: &'a [f32],
@@ -19,7 +19,7 @@ impl<'a, L: LinearOperator + ?Sized> Weighted<'a, L> {
     /// Weights the pixels of `operator`.
     ///
     /// # Errors
-    /// Another number of weights than pixels, or one that is not positive and finite.
+    /// A wrong number of weights, or a weight that is not positive and finite.
     pub fn new(operator: &'a L, weight: &'a [f32]) -> Result<Self, InvertError> {
         check_length("weight", operator.pixels(), weight.len())?;
         if let Some(bad) = weight.iter().find(|w| !(w.is_finite() && **w > 0.0)) {

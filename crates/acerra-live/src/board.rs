@@ -1,4 +1,4 @@
-//! What is shown of a live image, for anyone who looks: nobody who looks holds the imaging up.
+//! State of a live image, for any number of observers: no observer delays the imaging.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -33,7 +33,7 @@ pub struct TrackPlace {
 pub struct ShownTrace {
     /// Its number among those imaged.
     pub number: u64,
-    /// Levels of half a decibel, [`BINS`] of them; 0 is nothing.
+    /// Levels of half a decibel, [`BINS`] of them; 0 means no data.
     pub levels: Vec<u8>,
 }
 
@@ -44,7 +44,7 @@ pub enum Final {
     /// The recording goes on.
     #[default]
     Recording,
-    /// It was asked to end, and what is on its way is still taken in.
+    /// It was asked to end, and data in transit are still read.
     Ending,
     /// The recording is over and none is made.
     Ended,
@@ -54,14 +54,14 @@ pub enum Final {
         stage: String,
         /// Its step.
         step: String,
-        /// How far that has come, 0 to 1.
+        /// Progress, 0 to 1.
         share: f64,
     },
     /// It is there.
     Made {
         /// The directory of its products.
         directory: String,
-        /// What is doubtful about it.
+        /// Doubts about the image.
         warnings: Vec<String>,
     },
     /// It could not be made.
@@ -71,7 +71,7 @@ pub enum Final {
     },
 }
 
-/// What the one who shows it needs at once.
+/// Data that a display needs at once.
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
     /// The picture.
@@ -86,7 +86,7 @@ pub struct Shown {
     pub can_stop: bool,
     /// Fast time of the traces' first bin and step of a bin (ns).
     pub trace_axis_ns: [f64; 2],
-    /// Places of the track so far; numbers begin again when they are thinned out.
+    /// Places of the track so far; numbers begin again when the track is thinned out.
     pub track: Vec<TrackPlace>,
     /// Counts the times that the track was thinned out.
     pub thinned: u64,
@@ -96,7 +96,7 @@ pub struct Shown {
 struct State {
     shown: Shown,
     traces: VecDeque<ShownTrace>,
-    /// Every so many-th place is kept.
+    /// Every `n`-th place is kept.
     stride: usize,
     skipped: usize,
     made: Latencies,
@@ -126,7 +126,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// A page that comes: what was made before is not to count as drawn late.
+    /// A new page: earlier pictures do not count as drawn late.
     #[must_use]
     pub fn come(board: Arc<Board>) -> Self {
         board.state().undrawn.clear();
@@ -135,7 +135,7 @@ impl Page {
         Self { board, is_busy }
     }
 
-    /// It draws what it was sent, or is ready for more.
+    /// It has drawn the picture sent, or is ready for more.
     pub fn is_busy(&self, is_busy: bool) {
         if self.is_busy.swap(is_busy, Ordering::SeqCst) != is_busy {
             let count = &self.board.busy_pages;
@@ -165,13 +165,13 @@ impl Board {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Calls `told` after every change; `told` must return quickly.
-    pub fn listen(&self, told: impl Fn() + Send + 'static) {
+    /// Calls `listener` after every change; `listener` must return quickly.
+    pub fn listen(&self, listener: impl Fn() + Send + 'static) {
         let mut listeners = self
             .listeners
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        listeners.push(Box::new(told));
+        listeners.push(Box::new(listener));
     }
 
     fn changed(&self) {
@@ -180,7 +180,7 @@ impl Board {
             .listeners
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        listeners.iter().for_each(|told| told());
+        listeners.iter().for_each(|listener| listener());
     }
 
     /// Counts the changes.
@@ -195,7 +195,7 @@ impl Board {
         self.state().shown.clone()
     }
 
-    /// Whether the recording goes on: nothing has asked it to end.
+    /// Whether the recording continues: it was not asked to end.
     #[must_use]
     pub fn is_recording(&self) -> bool {
         self.state().shown.last == Final::Recording
@@ -209,7 +209,7 @@ impl Board {
         wanted.cloned().collect()
     }
 
-    /// Whether a new picture would be looked at now: a page is ready for it, or there is none to wait for.
+    /// Whether a new picture would be shown now: a page is ready, or there is no page to wait for.
     #[must_use]
     pub fn is_picture_wanted(&self) -> bool {
         let busy = self.busy_pages.load(Ordering::SeqCst);
@@ -233,7 +233,7 @@ impl Board {
         }
     }
 
-    /// A new state of the picture, with the pulses that are new in it: when they came, and when their imaging
+    /// A new state of the picture, with its new pulses: times of arrival and times at which their imaging
     /// began.
     pub fn show_picture(&self, picture: Picture, came: &[Instant], begun: Instant) {
         let now = Instant::now();
@@ -305,8 +305,8 @@ impl Board {
         self.changed();
     }
 
-    /// The same, shown with the next picture: a page that draws a state by itself is not ready for a picture that
-    /// comes meanwhile.
+    /// A new state shown with the next picture: a page that draws a state by itself would not be ready for a
+    /// picture meanwhile.
     pub fn keep_status(&self, status: Status, origin_deg_m: Option<[f64; 3]>) {
         let mut state = self.state();
         state.shown.status = Status {

@@ -1,5 +1,5 @@
-//! Cleaning that knows nothing of later traces: zero-timing by the first ones, the background as a running
-//! mean, the gate about 2h/c, spectra.
+//! Causal cleaning: zero-timing by the first traces, the background as a running mean, the gate about 2h/c,
+//! spectra.
 
 use acerra_radar::clean::{Gate, SurfaceOptions, ZeroTiming, apply_gate, spectrum_at, zero_timing};
 use acerra_radar::{Radargram, Samples, ScanWindow};
@@ -44,7 +44,7 @@ pub struct Cleaner {
     trouble: Option<String>,
 }
 
-/// What the traces so far have left behind.
+/// State after the traces so far.
 #[derive(Clone, Debug)]
 struct Running {
     shift_s: f64,
@@ -71,7 +71,7 @@ impl Cleaner {
         self.running.as_ref().map(|running| running.shift_s)
     }
 
-    /// Why range zero could not be found so far.
+    /// Why range zero has not been found yet.
     #[must_use]
     pub fn trouble(&self) -> Option<&str> {
         self.trouble.as_deref()
@@ -83,9 +83,9 @@ impl Cleaner {
         self.first.len()
     }
 
-    /// Takes traces of one window in order of time and returns those that can be cleaned by now. The first ones wait for one
-    /// another; where their surface echo cannot be found, half of them are given up and more are waited
-    /// for. Returned with them is how many were given up.
+    /// Adds traces of one window in order of time and returns those that can be cleaned by now. The first
+    /// traces wait for one another; where their surface echo cannot be found, half of them are given up and
+    /// further traces are collected. The number of traces given up is returned too.
     ///
     /// # Errors
     /// Samples that are no numbers, frequencies that the sampling does not reach.
@@ -202,7 +202,7 @@ fn radargram(traces: &[PlacedTrace], shift_s: f64) -> Result<Radargram, LiveErro
     let samples = traces
         .iter()
         .flat_map(|trace| trace.samples.iter().copied());
-    // Slow time is the traces' order: no step here looks at it.
+    // Slow time is the traces' order: no step here uses it.
     let time_s = (0..traces.len()).map(|k| k as f64).collect();
     let samples = Samples::Real(samples.collect());
     Ok(Radargram::new(time_s, start_s + shift_s, step_s, samples)?)

@@ -1,4 +1,4 @@
-//! The radio's scans on GPS time while both still come: the session's own fit, over the latest stamps.
+//! The radio's scans on GPS time during a recording: the session's own fit, over the latest stamps.
 
 use std::collections::VecDeque;
 
@@ -13,7 +13,8 @@ use crate::hardware_clock::{ClockKind, HardwareClock, Wiring};
 const MOST_SCANS: usize = 1024;
 const MOST_EPOCHS: usize = 600;
 
-/// A scan's number in order of arrival, the radio's own number and stamp, and when its first message came.
+/// A scan's number in order of arrival, the radio's own number and stamp, and the time of arrival of its
+/// first message.
 #[derive(Clone, Copy, Debug)]
 struct Stamped {
     number: u64,
@@ -33,7 +34,7 @@ pub struct RunningClock {
     settled: Option<Settled>,
     wiring: Wiring,
     hardware: HardwareClock,
-    /// The best clock so far, and how much later its times are than those by times of arrival (s).
+    /// The best clock so far, and the offset of its times from those by times of arrival (s).
     held: (ClockKind, f64),
 }
 
@@ -45,16 +46,16 @@ pub struct Settled {
     numbers: Vec<u64>,
     start: GpsTime,
     rate: f64,
-    /// Standard deviation of a scan's time, of the stamps alone (s).
+    /// Standard deviation of a scan's time, by the stamps alone (s).
     pub sigma_s: f64,
     /// What the times rest on.
     pub kind: ClockKind,
-    /// How much later times are than by the fit before, where a better clock has just taken over (s).
+    /// Offset of times from the fit before, where a better clock has just taken over (s).
     pub change_s: Option<f64>,
 }
 
 impl Settled {
-    /// The GPS time of a scan; none of one that the fit does not hold.
+    /// The GPS time of a scan; none for a scan outside the fit.
     #[must_use]
     pub fn time(&self, number: u64) -> Option<GpsTime> {
         if number < self.first_number {
@@ -66,8 +67,8 @@ impl Settled {
 }
 
 impl RunningClock {
-    /// A clock without stamps; `latency` is what all messages of the radio, and all epochs, have in common, and
-    /// `wiring` what the session is wired for.
+    /// A clock without stamps; `latency` is common to all messages of the radio, and to all epochs, and
+    /// `wiring` lists the hardware signals of the session.
     #[must_use]
     pub fn new(latency: [Latency; 2], wiring: Wiring) -> Self {
         Self {
@@ -110,7 +111,7 @@ impl RunningClock {
         self.hardware.frame(frame, host_s);
     }
 
-    /// Takes a pulse per second, by the kernel's number of it.
+    /// Adds a pulse per second, with its number by the kernel.
     pub fn pulse(&mut self, sequence: u32, host_s: f64) {
         self.hardware.pulse(sequence, host_s);
     }

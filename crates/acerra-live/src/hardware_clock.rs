@@ -18,7 +18,7 @@ const MOST_MARKS: usize = 1024;
 const SETTLES_S: f64 = 1.0;
 const LONGEST_GAP_S: f64 = 3.0;
 
-/// What scans' times rest on; what is better is greater.
+/// Source of the scans' times, rising with quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ClockKind {
     /// Times of arrival.
@@ -41,7 +41,7 @@ impl ClockKind {
     }
 }
 
-/// What a session is wired for.
+/// Hardware signals of a session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wiring {
     /// Whether the kernel stamps pulses per second.
@@ -53,7 +53,7 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    /// What a session states: `[gnss] pps`, `[radio] mark_delay_ms`.
+    /// Settings of a session: `[gnss] pps`, `[radio] mark_delay_ms`.
     #[must_use]
     pub fn of(session: &Session) -> Self {
         Self {
@@ -81,9 +81,9 @@ pub(crate) struct HardwareClock {
     pulses: VecDeque<Pulse>,
     marks: VecDeque<GpsTime>,
     source: FixSource,
-    /// Host time since which the receiver has a fix, and when it last said so (s).
+    /// Host time since which the receiver has a fix, and time of its last report of a fix (s).
     fix_s: Option<[f64; 2]>,
-    /// Why what the session is wired for is not used.
+    /// Why the hardware signals of the session are not used.
     pub trouble: Option<String>,
 }
 
@@ -99,7 +99,7 @@ impl HardwareClock {
         }
     }
 
-    /// Takes the receiver's word on its fix, and marks.
+    /// Adds the receiver's reports of its fix, and marks.
     pub fn frame(&mut self, frame: &Frame<'_>, host_s: f64) {
         if let Some(state) = self.source.take(frame, host_s) {
             self.fix_s = match (state.has_fix, self.fix_s) {
@@ -125,7 +125,7 @@ impl HardwareClock {
         }
     }
 
-    /// Takes a pulse by the kernel's number of it and the host time of its edge (s).
+    /// Adds a pulse with its number by the kernel and the host time of its edge (s).
     pub fn pulse(&mut self, sequence: u32, host_s: f64) {
         let has_fix = self.fix_s.is_some_and(|[since_s, told_s]| {
             host_s >= since_s + SETTLES_S && host_s <= told_s + LONGEST_GAP_S
@@ -186,7 +186,7 @@ impl HardwareClock {
 
     fn by_pulses(&self, stamps: &Stamps) -> Result<LoggedClock, String> {
         let pulses: Vec<Pulse> = self.pulses.iter().copied().collect();
-        // Epochs before the pulses say nothing of them.
+        // Epochs before the pulses give no relation to them.
         let first_s = pulses.iter().find(|pulse| pulse.has_fix).map(|p| p.host_s);
         let is_since = |host_s: f64| first_s.is_some_and(|first_s| host_s >= first_s - 1.0);
         let of_pulses = Stamps {

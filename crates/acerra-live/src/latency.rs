@@ -1,4 +1,4 @@
-//! How long pulses take to the picture.
+//! Latency from pulses to the picture.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -19,7 +19,7 @@ pub struct Latencies {
 pub struct LatencyFigures {
     /// Half of the pulses took no longer (ms).
     pub median_ms: f64,
-    /// 95 % of them took no longer (ms).
+    /// The 95th percentile of the latency (ms).
     pub p95_ms: f64,
     /// The longest (ms).
     pub most_ms: f64,

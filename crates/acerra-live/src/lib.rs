@@ -10,14 +10,14 @@
 //! - [`clock`]: the radio's scans on GPS time, by the stamps so far.
 //! - [`hardware_clock`]: the better one by pulses per second and time marks.
 //! - [`positions`]: the receiver's own solutions, and the radar's place between them.
-//! - [`clean`]: cleaning that knows nothing of later traces.
+//! - [`clean`]: causal cleaning.
 //! - [`pipeline`]: from records to an image, without threads.
-//! - [`board`]: what is shown: picture, track, traces, status; whoever shows it may take his time.
+//! - [`board`]: the data shown: picture, track, traces, status; a slow display delays nothing.
 //! - [`worker`]: the thread that images, and [`replay`] of a recorded session at its own pace.
 //!
 //! Everything here is provisional: positions are those that the receiver computes in flight, the background
-//! is the mean of the traces so far. A pulse is imaged when the position after it has come; nothing is
-//! extrapolated.
+//! is the mean of the traces so far. A pulse is imaged when the position after it has arrived; positions are
+//! never extrapolated.
 
 pub mod board;
 mod canvas;

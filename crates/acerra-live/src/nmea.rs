@@ -43,7 +43,7 @@ impl NmeaFinder {
         if !matches!(kind, "GGA" | "RMC" | "ZDA" | "GST") || !text.contains('*') {
             return;
         }
-        // A position is complete when the next one begins: what dates it may follow it.
+        // A position is complete when the next one begins: its date may follow.
         if kind == "GGA" {
             if let Some(position) = self.latest() {
                 found(position);

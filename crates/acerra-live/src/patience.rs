@@ -1,4 +1,4 @@
-//! How long pulses wait for a better clock.
+//! Waiting time of pulses for a better clock.
 
 /// Longest time that pulses wait for a better clock (s): pulses per second take 16 s of a settled fix.
 pub(crate) const CLOCK_WAIT_S: f64 = 30.0;
@@ -21,8 +21,8 @@ impl Patience {
         matches!(self, Self::Since(_))
     }
 
-    /// What it is at a host time (s): over where the best clock is there, after [`CLOCK_WAIT_S`], or where too many
-    /// pulses wait.
+    /// Its state at a host time (s): over once the best clock is reached, after [`CLOCK_WAIT_S`], or where
+    /// too many pulses wait.
     pub fn at(self, host_s: f64, has_best: bool, are_too_many: bool) -> Self {
         match self {
             _ if has_best => Self::Over,

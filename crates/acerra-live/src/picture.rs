@@ -13,7 +13,7 @@ const TOP: f32 = 190.0;
 /// Steps that the strongest pixel may move before the scale is made again.
 const ROOM: f32 = 60.0;
 
-/// Levels of an image: 0 is nothing, `k` from 1 to 255 is `base_db + k / 2` dB of modulus.
+/// Levels of an image: 0 means no data, `k` from 1 to 255 is `base_db + k / 2` dB of modulus.
 #[derive(Clone, Debug)]
 pub struct Picture {
     /// Where its pixels are.
@@ -118,13 +118,13 @@ impl Picture {
     }
 }
 
-/// Steps above the base; what lies below the first one is 1, nothing at all is 0.
+/// Steps above the base; levels below the first one are 1, no data is 0.
 fn level_of(power: f32, base_db: f32) -> u8 {
     /// Decibels of an octave.
     const OCTAVE_DB: f32 = 3.010_3;
     let is_something = power > 0.0 && power < f32::INFINITY;
     let steps = (OCTAVE_DB * octaves(power) - base_db) * (1.0 / STEP_DB) + 0.5;
-    // Conversions saturate, and cut off what is behind the point.
+    // Conversions saturate, and truncate the fraction.
     let level = (steps.clamp(1.0, 255.0)) as u8;
     if is_something { level } else { 0 }
 }
@@ -169,7 +169,7 @@ mod tests {
         let mut client = vec![0; nx * ny];
         let mut seen = 0;
         for k in 0..40_usize {
-            // The scale is made again on the way: 4 dB a state.
+            // The scale is recomputed repeatedly: 4 dB a state.
             image[(k * 7919) % (nx * ny)] = Complex32::new(1.6_f32.powi(k as i32), 0.0);
             picture.update(&image);
             if k % 3 == 0 {

@@ -67,7 +67,7 @@ pub struct Pipeline {
 const TEAR_SHARE: f64 = 0.5;
 
 impl Pipeline {
-    /// A pipeline that has seen nothing.
+    /// A pipeline without data.
     #[must_use]
     pub fn new(settings: LiveSettings) -> Self {
         Self {
@@ -109,7 +109,7 @@ impl Pipeline {
             RecordKind::Radio => self.message(&record.payload, host_s, came),
             RecordKind::Gnss => self.gnss(&record.payload, host_s),
             RecordKind::Pulse => {
-                // One that holds no pulse is counted when the session's files are made.
+                // A record without a valid pulse is counted when the session's files are made.
                 if let Ok(stamp) = PulseStamp::parse(&record.payload) {
                     self.clock.pulse(stamp.sequence, host_s);
                 }
@@ -150,7 +150,7 @@ impl Pipeline {
         }
     }
 
-    /// Images the pulses that can be imaged by now, a batch of them at most; none where there are none.
+    /// Images the pulses that can be imaged by now, a batch at most; none where no pulse can.
     ///
     /// # Errors
     /// Traces that cannot be cleaned, pulses that cannot be imaged, cancellation.
@@ -237,8 +237,8 @@ impl Pipeline {
         }
     }
 
-    /// Restarts the picture where a better clock has moved times so far that pulses imaged before would not focus
-    /// with those after.
+    /// Restarts the picture where a better clock has moved times so far that earlier and later pulses would
+    /// not focus together.
     fn begin_anew_where_torn(&mut self, before: ClockKind, change_s: f64) {
         let limit_m = TEAR_SHARE * self.settings.quarter_wavelength_m();
         let moved_m = (change_s * self.most_speed_m_s).abs();
@@ -264,7 +264,7 @@ impl Pipeline {
         }
     }
 
-    /// The image so far, and where its pixels are.
+    /// The image so far, and the places of its pixels.
     #[must_use]
     pub fn image(&self) -> Option<(&PlaneGrid, &LiveImage)> {
         let canvas = self.canvas.as_ref()?;
@@ -288,7 +288,7 @@ impl Pipeline {
         &self.settings
     }
 
-    /// The state, without what only the one who shows it knows.
+    /// The state, without fields that only the display knows.
     #[must_use]
     pub fn status(&self) -> Status {
         let latest = self.positions.latest();
@@ -321,7 +321,7 @@ impl Pipeline {
         }
     }
 
-    /// What keeps pulses from being imaged.
+    /// Reason why pulses cannot be imaged.
     fn waits_for(&self) -> Option<String> {
         if self.counts.came == 0 {
             return Some("the first scan".to_owned());
@@ -348,7 +348,7 @@ impl Pipeline {
             ));
         }
         if self.queue.is_without_heading() {
-            return Some("motion that tells the heading, by which the lever arm turns".to_owned());
+            return Some("motion that gives the heading, by which the lever arm turns".to_owned());
         }
         if self.cleaner.shift_s().is_some() {
             return None;

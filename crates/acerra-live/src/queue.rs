@@ -23,7 +23,7 @@ struct Waiting {
     number: u64,
     time: Option<GpsTime>,
     came: Instant,
-    /// Whether it waited for the heading or a better clock: how long that took is no delay of the imaging.
+    /// Whether it waited for the heading or a better clock: that time is no delay of the imaging.
     was_held: bool,
 }
 
@@ -46,7 +46,7 @@ pub(crate) type Batch = (Vec<PlacedTrace>, Vec<PlacedScan>);
 #[derive(Default)]
 pub(crate) struct Queue {
     waiting: VecDeque<Waiting>,
-    /// Scans that waited together for the heading or a better clock and are not late by themselves.
+    /// Scans that waited together for the heading or a better clock and do not count as late.
     backlog: usize,
     without_heading: bool,
     without_clock: bool,
@@ -82,7 +82,7 @@ impl Queue {
         self.waiting.len()
     }
 
-    /// Whether so many wait that the oldest are about to be given up.
+    /// Whether so many scans wait that the oldest are about to be given up.
     pub fn is_half_full(&self) -> bool {
         self.waiting.len() >= MOST_WAITING / 2
     }
@@ -118,14 +118,14 @@ impl Queue {
         }
     }
 
-    /// Scans without a time, which will never have one, are dropped; returns how many there were.
+    /// Scans that will never have a time are dropped; returns their number.
     pub fn forget_untimed(&mut self) -> u64 {
         let before = self.waiting.len();
         self.waiting.retain(|waiting| waiting.time.is_some());
         (before - self.waiting.len()) as u64
     }
 
-    /// Takes scans whose places are known, a batch of them at most.
+    /// Takes scans whose places are known, at most a batch.
     pub fn take_placed(
         &mut self,
         positions: &mut Positions,
@@ -137,7 +137,7 @@ impl Queue {
         while let Some(front) = self.waiting.front() {
             let Some(time) = front.time else { break };
             let is_other = |trace: &PlacedTrace| trace.window != front.scan.window;
-            // Another window is a batch of its own.
+            // Another window begins a new batch.
             if traces.len() == MOST_PULSES || traces.last().is_some_and(is_other) {
                 break;
             }
@@ -171,8 +171,8 @@ impl Queue {
         (traces, placed)
     }
 
-    /// Drops the oldest scans up to a time that imaging has no time for, all but `keep`, and returns how many.
-    /// Those that waited for the heading or a better clock are no delay of the imaging.
+    /// Drops the oldest scans up to a time, for lack of time, all but `keep`, and returns their number. Scans
+    /// that waited for the heading or a better clock are no delay of the imaging.
     pub fn drop_behind(&mut self, until: GpsTime, keep: usize) -> u64 {
         let is_ready = |waiting: &&Waiting| waiting.time.is_some_and(|time| time <= until);
         let ready = self.waiting.iter().take_while(is_ready).count();

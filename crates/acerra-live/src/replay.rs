@@ -12,7 +12,7 @@ use acerra_record::session::{LOG_NAME, Session, Tapped};
 
 use crate::error::LiveError;
 
-/// How often a replay that waits looks whether it is to stop.
+/// Interval at which a waiting replay checks whether it is to stop.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// The session that a directory's log was recorded with last.

@@ -15,7 +15,7 @@ struct Arrival {
     host_s: f64,
 }
 
-/// Messages on their way to whole scans.
+/// Messages to be assembled to whole scans.
 #[derive(Default)]
 pub(crate) struct Scans {
     intake: Intake,
@@ -56,7 +56,7 @@ impl Scans {
         }
     }
 
-    /// What became of the messages.
+    /// Counts of the messages.
     pub fn counts(&self) -> LinkCounts {
         self.intake.counts()
     }

@@ -28,7 +28,7 @@ const PLANNED_SHARE: f64 = 0.75;
 /// How the fast time at which range is zero is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Zero {
-    /// Fast time is shifted by so much (s).
+    /// Fast time is shifted by this number of seconds (s).
     Shift(f64),
     /// By the surface echo of the first traces, near a delay where one is known (s).
     Surface(Option<f64>),
@@ -51,7 +51,7 @@ pub struct LiveSettings {
     pub max_pixels: u32,
     /// Height of the image plane (m).
     pub z_m: f64,
-    /// Whether that height was stated, rather than taken for the origin's.
+    /// Whether that height was stated, rather than assumed to be the origin's.
     pub is_height_stated: bool,
     /// Relative error allowed against Eq. (3).
     pub accuracy: f64,
@@ -61,7 +61,7 @@ pub struct LiveSettings {
     pub light_speed_m_s: f64,
     /// How the fast time at which range is zero is known.
     pub zero: Zero,
-    /// What of each trace is kept about 2h/c (s); all of it without.
+    /// Interval of each trace that is kept about 2h/c (s); all of it without.
     pub gate_s: Option<[f64; 2]>,
     /// Traces over which the background is averaged.
     pub background_traces: u32,
@@ -69,9 +69,9 @@ pub struct LiveSettings {
     pub first_traces: usize,
     /// Height above the image plane from which pulses are imaged (m).
     pub least_height_m: f64,
-    /// What all messages of the radio, and all epochs of the receiver, have in common.
+    /// Latency common to all messages of the radio, and to all epochs of the receiver.
     pub latency: [Latency; 2],
-    /// What the session is wired for.
+    /// Hardware signals of the session.
     pub wiring: Wiring,
     /// The height planned, which `least_height_m` is a share of (m); `None` where that is stated or none is planned.
     pub planned_height_m: Option<f64>,
@@ -179,8 +179,8 @@ impl LiveSettings {
         PlaneGrid::from_ranges(x_m, y_m, self.z_m, pixel_m).map_err(LiveError::Grid)
     }
 
-    /// A quarter of the wavelength in the middle of the band (m): positions that are wrong by as much from
-    /// pulse to pulse focus nothing.
+    /// A quarter of the wavelength in the middle of the band (m): positions with such an error from pulse to
+    /// pulse do not focus.
     #[must_use]
     pub fn quarter_wavelength_m(&self) -> f64 {
         let ends = [self.frequency_hz.first(), self.frequency_hz.last()];

@@ -57,11 +57,11 @@ impl ByKind {
 /// Why the picture was started again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BegunAnew {
-    /// What times rested on before.
+    /// Earlier source of the times.
     pub before: &'static str,
-    /// How much later they are by the better clock (ms).
+    /// Offset of the times by the better clock (ms).
     pub change_ms: f64,
-    /// How far that moves pulses along the way at most (m).
+    /// Largest movement of pulses along the path by that offset (m).
     pub moved_m: f64,
 }
 
@@ -82,33 +82,33 @@ pub struct Status {
     pub positions: u64,
     /// Standard deviation of the scans' times by the stamps alone (s).
     pub clock_sigma_s: Option<f64>,
-    /// What those times rest on; none before they are known.
+    /// Source of those times; none before it is known.
     pub clock: Option<&'static str>,
-    /// Why they do not rest on what the session is wired for.
+    /// Why the hardware signals of the session are not used.
     pub clock_doubt: Option<String>,
     /// Why the picture was started again, where it was.
     pub begun_anew: Option<BegunAnew>,
     /// Height above the image plane below which pulses are not imaged (m).
     pub least_height_m: f64,
-    /// What the imaging waits for.
+    /// Reason for which imaging waits.
     pub waits_for: Option<String>,
     /// Fast time added, once range zero is known (ns).
     pub shift_ns: Option<f64>,
     /// From a scan's last message to the picture here.
     pub latency: Option<LatencyFigures>,
-    /// Of that, until its imaging began.
+    /// Part of that until its imaging began.
     pub waiting: Option<LatencyFigures>,
-    /// From a scan's last message until a page said that it had drawn it.
+    /// From a scan's last message until a page reported it as drawn.
     pub drawn: Option<LatencyFigures>,
     /// The radio's link.
     pub link: LinkCounts,
     /// Instruments that are silent.
     pub silent: Vec<Silence>,
-    /// What is doubtful about the image.
+    /// Doubts about the image.
     pub doubts: Vec<String>,
 }
 
-/// What is doubtful about an image of pulses at such positions.
+/// Doubts about an image of pulses at such positions.
 #[must_use]
 pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
     let mut doubts = Vec::new();
@@ -121,8 +121,8 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
     let imaged = fixed + float + other;
     if other > 0 {
         doubts.push(format!(
-            "{other} of {imaged} pulses have positions without carrier phase: these pulses cannot focus, and where \
-             the image shows an echo is not where it is"
+            "{other} of {imaged} pulses have positions without carrier phase: these pulses cannot focus, \
+             and the image shows their echoes at wrong places"
         ));
     }
     if float > 0 {
@@ -136,7 +136,7 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
             1e3 * sigma_m
         )),
         None if status.position.is_some() => doubts.push(format!(
-            "the receiver does not say how well it knows its position; {quarter_mm:.0} mm are needed"
+            "the receiver states no accuracy of its position; {quarter_mm:.0} mm are needed"
         )),
         _ => {}
     }
@@ -147,8 +147,8 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
     }
     if let Some(again) = status.begun_anew {
         doubts.push(format!(
-            "the picture was started again without its first {} pulses: the better clock moved their times, which rested on \
-             {}, by {:.1} ms, up to {:.0} mm of the way",
+            "the picture was started again without its first {} pulses: the better clock moved their times \
+             (by {} before) by {:.1} ms, up to {:.0} mm along the path",
             status.pulses.begun_anew,
             again.before,
             again.change_ms,
@@ -157,7 +157,7 @@ pub fn doubts(status: &Status, is_height_stated: bool) -> Vec<String> {
     }
     if !is_height_stated && imaged > 0 {
         doubts.push(
-            "the height of the ground is taken for that of the first position ([live] z_m, or \
+            "the height of the ground is assumed to be that of the first position ([live] z_m, or \
              [campaign.trajectory] origin_deg_m)"
                 .to_owned(),
         );
@@ -188,6 +188,6 @@ mod tests {
         assert!(told[1].starts_with("1 of 102 pulses have float"));
         assert!(told[2].contains("1400 mm") && told[2].contains("19 mm"));
         status.sigma_m = None;
-        assert!(doubts(&status, true)[2].contains("does not say"));
+        assert!(doubts(&status, true)[2].contains("states no accuracy"));
     }
 }

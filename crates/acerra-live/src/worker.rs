@@ -20,7 +20,7 @@ pub const QUEUE_RECORDS: usize = 8_192;
 /// How soon a picture that no page was ready for is offered again.
 const LOOK_AGAIN: Duration = Duration::from_millis(3);
 /// Interval between status updates.
-const TELL_EVERY: Duration = Duration::from_millis(250);
+const REPORT_EVERY: Duration = Duration::from_millis(250);
 /// Pulses whose positions are there and that may wait to be imaged: beyond that imaging is too slow, and older
 /// ones are given up.
 const MOST_BEHIND: usize = 256;
@@ -32,7 +32,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Images what comes from `source` onto `board`. `missed` counts records that the source dropped.
+    /// Images the pulses of `source` onto `board`. `missed` counts records that the source dropped.
     ///
     /// # Errors
     /// If the system gives no thread.
@@ -50,7 +50,7 @@ impl Worker {
             board,
             picture: None,
             unseen: None,
-            told: Instant::now(),
+            reported: Instant::now(),
             shown: Instant::now(),
             silences: SilenceWatch::default(),
             is_over: false,
@@ -66,14 +66,14 @@ impl Worker {
         })
     }
 
-    /// Waits until the source has ended and everything that came of it is imaged.
+    /// Waits until the source has ended and all its data are imaged.
     ///
     /// # Errors
     /// Why the imaging ended before.
     pub fn finish(mut self) -> Result<(), LiveError> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(outcome)) => outcome,
-            // A thread that panicked has said so itself.
+            // A thread that panicked has printed its message.
             Some(Err(_)) | None => Ok(()),
         }
     }
@@ -97,11 +97,11 @@ struct Work {
     picture: Option<Picture>,
     /// Pulses that are imaged and in no picture yet, and when their imaging began.
     unseen: Option<(Vec<Instant>, Instant)>,
-    told: Instant,
+    reported: Instant,
     /// When a picture was shown last.
     shown: Instant,
     silences: SilenceWatch,
-    /// Whether the source has ended: nothing more is expected to be heard.
+    /// Whether the source has ended: no further messages are expected.
     is_over: bool,
     cancel: Arc<AtomicBool>,
 }
@@ -112,7 +112,7 @@ impl Work {
             Err(LiveError::Imaging(ImagingError::Cancelled)) => Ok(()),
             outcome => outcome,
         };
-        self.tell(outcome.as_ref().err());
+        self.report(outcome.as_ref().err());
         outcome
     }
 
@@ -128,7 +128,7 @@ impl Work {
                 Err(RecvTimeoutError::Disconnected) => self.is_over = true,
             }
             loop {
-                // What has come meanwhile goes into the same picture.
+                // Data that arrived meanwhile go into the same picture.
                 while let Ok(tapped) = self.source.try_recv() {
                     self.hear(&tapped);
                 }
@@ -154,10 +154,10 @@ impl Work {
         self.pipeline.take(&tapped.record, tapped.came);
     }
 
-    /// Publishes the status on its own, where no picture is due to carry the status.
+    /// Publishes the status separately, where no picture is due to carry it.
     fn tell_if_due(&mut self) {
-        if self.told.elapsed() >= TELL_EVERY && self.shown.elapsed() >= TELL_EVERY {
-            self.tell(None);
+        if self.reported.elapsed() >= REPORT_EVERY && self.shown.elapsed() >= REPORT_EVERY {
+            self.report(None);
         }
     }
 
@@ -167,7 +167,7 @@ impl Work {
         }
     }
 
-    /// Takes in what is new in the image; the picture of it is made when it is wanted.
+    /// Reads the new pulses of the image; their picture is made when a page is ready.
     fn take_in(&mut self, step: Step) {
         self.board.show_traces(&step.clean.traces);
         self.board
@@ -189,7 +189,7 @@ impl Work {
         let picture = self.picture.get_or_insert_with(|| Picture::new(*grid));
         picture.update(image.image());
         let picture = picture.clone();
-        if self.told.elapsed() >= TELL_EVERY {
+        if self.reported.elapsed() >= REPORT_EVERY {
             let status = self.status(None);
             self.board.keep_status(status, self.pipeline.origin_deg_m());
         }
@@ -197,16 +197,16 @@ impl Work {
         self.board.show_picture(picture, &came, begun);
     }
 
-    fn tell(&mut self, failure: Option<&LiveError>) {
+    fn report(&mut self, failure: Option<&LiveError>) {
         let status = self.status(failure);
         self.board.show_status(status, self.pipeline.origin_deg_m());
     }
 
     fn status(&mut self, failure: Option<&LiveError>) -> Status {
-        self.told = Instant::now();
+        self.reported = Instant::now();
         let mut status = self.pipeline.status();
         status.pulses.missed_records = self.missed.load(Ordering::Relaxed);
-        // Instruments that were stopped are no longer expected to be heard.
+        // Stopped instruments are no longer expected to send.
         if !self.is_over && self.board.is_recording() {
             status.silent = self.silences.silent(Instant::now());
         }

@@ -54,7 +54,7 @@ fn placed(
     directory: &Directory,
     variant: Variant,
 ) -> Vec<Vec<u8>> {
-    // How long a directory is does not depend on the offsets in it.
+    // The length of a directory does not depend on the offsets in it.
     let with_offsets = |k: usize, from: u64| {
         let mut own = if k == 0 {
             directory.clone()

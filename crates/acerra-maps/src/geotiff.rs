@@ -15,7 +15,7 @@ use crate::tags::{Directory, Value};
 /// Metadata of a file, in addition to its pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
-    /// What the pixels are, in words.
+    /// Meaning of the pixels, in words.
     pub title: String,
     /// The program that wrote it.
     pub software: String,
@@ -25,8 +25,8 @@ pub struct Description {
     pub items: Vec<(String, String)>,
 }
 
-/// Writes an image with its place on the map; without a system of coordinates it has the place in its
-/// local frame, and claims none on the Earth.
+/// Writes an image with its place on the map; without a coordinate reference system its place is in the local
+/// frame.
 ///
 /// # Errors
 /// Values that do not fill the pixels, and errors of the writer.

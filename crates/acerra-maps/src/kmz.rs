@@ -9,14 +9,14 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 use crate::error::MapError;
 use crate::geotiff::escaped;
 
-/// A picture over the ground with what belongs to it.
+/// A picture over the ground with its attributes.
 #[derive(Clone, Debug)]
 pub struct Overlay<'a> {
     /// What it is called.
     pub name: &'a str,
     /// What it shows, in words.
     pub description: &'a str,
-    /// The picture, as PNG; transparent where there is nothing.
+    /// The picture, as PNG; transparent where there are no data.
     pub png: &'a [u8],
     /// Its outer corners: south-west, south-east, north-east, north-west.
     pub corners: [Geodetic; 4],
@@ -24,9 +24,9 @@ pub struct Overlay<'a> {
     pub tracks: Vec<Vec<Geodetic>>,
     /// Height reference of the tracks.
     pub heights: TrackHeights,
-    /// Points with their names and what is known of them.
+    /// Points with names and descriptions.
     pub points: Vec<OverlayPoint>,
-    /// What the colours mean, as PNG, in a corner of the screen.
+    /// Legend of the colours, as PNG, in a corner of the screen.
     pub legend: Option<&'a [u8]>,
     /// First and last time of the flight in UTC, as ISO 8601 has it.
     pub time_span_utc: Option<[String; 2]>,
@@ -47,7 +47,7 @@ pub enum TrackHeights {
 pub struct OverlayPoint {
     /// Its name.
     pub name: String,
-    /// What is known of it, in words.
+    /// Description, in words.
     pub description: String,
     /// Its place.
     pub place: Geodetic,
@@ -88,7 +88,7 @@ fn document(overlay: &Overlay<'_>) -> String {
         let [begin, end] = span.each_ref().map(|time| escaped(time));
         format!("<begin>{begin}</begin><end>{end}</end>")
     });
-    // Of a view, a time span is one of Google's extensions.
+    // The time span of a view is one of Google's extensions.
     let [span, view_span] = ["TimeSpan", "gx:TimeSpan"].map(|tag| match &times {
         Some(times) => format!("<{tag}>{times}</{tag}>"),
         None => String::new(),
@@ -152,7 +152,8 @@ fn document(overlay: &Overlay<'_>) -> String {
     kml
 }
 
-/// Distance of the first view from the ground, in diagonals of the picture: all of it is seen, with its surroundings.
+/// Distance of the first view from the ground, in diagonals of the picture: the whole picture is visible,
+/// with its surroundings.
 const VIEW_DIAGONALS: f64 = 1.5;
 
 /// Latitude and longitude of the middle, degrees. Longitudes on both sides of 180° count from the first corner's.

@@ -1,4 +1,4 @@
-//! What a map program opens: rasters with their place on the Earth, overlays and points.
+//! Files for map programs: rasters with their place on the Earth, overlays and points.
 //!
 //! ```text
 //! EnuFrame + LocalGrid ──Placement::fit──► Placement ─┐

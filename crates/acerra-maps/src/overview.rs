@@ -1,4 +1,4 @@
-//! Overviews: the same image with ever coarser pixels, rows from north to south as files have them.
+//! Overviews: the image with ever coarser pixels, rows from north to south as in files.
 
 use num_complex::Complex32;
 use rayon::prelude::*;

@@ -1,4 +1,4 @@
-//! The values of a map: what each pixel holds, rows from south to north as images have them.
+//! The values of a map, rows from south to north as in images.
 
 use num_complex::Complex32;
 
@@ -12,7 +12,7 @@ pub struct Raster<'a> {
     pub(crate) ny: usize,
 }
 
-/// From what levels count, and the lowest that has data.
+/// Reference of the levels, and the lowest that has data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelScale {
     /// The level written as 0 dB, in dB against power 1.
@@ -22,7 +22,7 @@ pub struct LevelScale {
 }
 
 impl LevelScale {
-    /// Levels against power 1, all of them.
+    /// Levels relative to power 1, without a floor.
     pub const ABSOLUTE: Self = Self {
         zero_db: 0.0,
         floor_db: f64::NEG_INFINITY,
@@ -38,14 +38,14 @@ pub(crate) enum Values<'a> {
 }
 
 impl<'a> Raster<'a> {
-    /// Powers, linear; overviews hold means. What is not finite has no data.
+    /// Powers, linear; overviews hold means. Values that are not finite have no data.
     #[must_use]
     pub fn power(values: &'a [f32], nx: usize, ny: usize) -> Self {
         Self::new(Values::Power(values), nx, ny)
     }
 
-    /// Powers, written as levels in dB; overviews hold the level of the mean power. Zero, what is not finite, and levels
-    /// below the floor of `scale` have no data.
+    /// Powers, written as levels in dB; overviews hold the level of the mean power. Zero, values that are not
+    /// finite, and levels below the floor of `scale` have no data.
     #[must_use]
     pub fn level_db(power: &'a [f32], nx: usize, ny: usize, scale: LevelScale) -> Self {
         Self::new(Values::Level(power, scale), nx, ny)

@@ -1,4 +1,4 @@
-//! Image file directories of TIFF 6.0 and BigTIFF: tags with their values, and how long they are.
+//! Image file directories of TIFF 6.0 and BigTIFF: tags with their values, and their lengths.
 
 /// The value of a tag.
 #[derive(Clone, Debug, PartialEq)]

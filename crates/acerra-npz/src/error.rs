@@ -13,7 +13,7 @@ pub enum NpzError {
     /// The archive itself is broken.
     #[error("not a readable NPZ archive: {0}")]
     Archive(io::Error),
-    /// Parts of a compressed array are asked for.
+    /// A part of a compressed array is requested.
     #[error("array `{array}`: expected an uncompressed array, found a compressed one")]
     Compressed {
         /// The array's name.

@@ -1,12 +1,12 @@
-//! NumPy arrays and archives (NPY, NPZ): a reader for untrusted streams and a writer whose files
-//! are the same for equal arrays.
+//! NumPy arrays and archives (NPY, NPZ): a reader for untrusted streams and a writer with equal files for
+//! equal arrays.
 //!
 //! ```text
 //! stream ──NpzReader──► shape, values      arrays ──NpzWriter──► archive that numpy.load reads
 //! ```
 //!
-//! The reader allocates nothing for what a header merely claims and checks every array against
-//! the archive's checksum. The writer takes arrays whole or piece by piece.
+//! The reader allocates memory only for data that are present, whatever a header claims, and checks every
+//! array against the archive's checksum. The writer accepts arrays whole or piece by piece.
 //!
 //! ```
 //! use std::io::Cursor;

@@ -11,8 +11,8 @@ use thiserror::Error;
 const MAX_HEADER_BYTES: usize = 1 << 16;
 const CHUNK_BYTES: usize = 1 << 16;
 
-/// Memory that the values of any archive may take, as numbers of double precision, and how many times the archive's
-/// length beyond that: bytes become numbers of eight, and measured values hardly pack.
+/// Memory for the values of any archive, as numbers of double precision, and multiple of the archive's length
+/// beyond that: bytes become numbers of eight bytes, and measured values hardly compress.
 const FREE_BYTES: u64 = 128 << 20;
 const MOST_TIMES: u64 = 12;
 
@@ -28,7 +28,7 @@ pub enum NpyError {
     Format {
         /// Expected content.
         expected: &'static str,
-        /// Byte offset in the array's own stream.
+        /// Byte offset in the array's stream.
         offset: usize,
     },
     /// The element type is not a number this reader knows.
@@ -37,7 +37,7 @@ pub enum NpyError {
         /// NumPy's name of the type.
         found: String,
     },
-    /// The array's shape is not the one asked for.
+    /// The array's shape differs from the requested one.
     #[error("shape {found:?}: expected {expected}")]
     Shape {
         /// Wanted shape, in words.
@@ -53,10 +53,11 @@ pub enum NpyError {
         /// The limit.
         limit: usize,
     },
-    /// The header claims more than an archive of this length holds unless hardly anything is in it.
+    /// The header claims more than an archive of this length can hold, unless it compresses to almost
+    /// nothing.
     #[error(
-        "header claims {claimed} values, as an archive of {archive_bytes} bytes holds only where it packs to \
-         next to nothing; at most {limit} are read of it: store the arrays uncompressed (numpy.savez)"
+        "header claims {claimed} values, which an archive of {archive_bytes} bytes holds only where they \
+         compress to almost nothing; at most {limit} are read: store the arrays uncompressed (numpy.savez)"
     )]
     Unjustified {
         /// Values the shape asks for.
@@ -77,7 +78,7 @@ pub enum NpyError {
     /// A part that is not within the array.
     #[error("expected values within 0 to {total}, found {count} from {first}")]
     Part {
-        /// The first value asked for.
+        /// The first requested value.
         first: u64,
         /// Values asked for.
         count: u64,
@@ -140,7 +141,7 @@ impl NpyHeader {
         Ok(())
     }
 
-    /// Checks that so many bytes are the header's values.
+    /// Checks that this number of bytes is that of the header's values.
     pub(crate) fn check_bytes(&self, bytes: u64) -> Result<(), NpyError> {
         let claimed = self.value_count(usize::MAX)?;
         let found = usize::try_from(bytes).unwrap_or(usize::MAX) / self.item_bytes;

@@ -67,7 +67,7 @@ impl<R: Read + Seek> NpzReader<R> {
     /// An uncompressed array, of which parts can be read.
     ///
     /// # Errors
-    /// If there is no such array, it is compressed, or its header does not agree with its length.
+    /// If there is no such array, it is compressed, or its header contradicts its length.
     pub fn stored(&mut self, array: &'static str) -> Result<StoredArray<'_, R>, NpzError> {
         let name = format!("{array}.npy");
         let compression = self.zip.by_name(&name).map(|file| file.compression());
@@ -134,7 +134,7 @@ mod tests {
             header.read_values(&mut values, usize::MAX, |_, _| taken += 1)
         });
         let said = refused.unwrap_err().to_string();
-        let expected = format!("claims 16800000 values, as an archive of {bytes} bytes");
+        let expected = format!("claims 16800000 values, which an archive of {bytes} bytes");
         assert!(
             said.contains("`many`") && said.contains(&expected),
             "{said}"

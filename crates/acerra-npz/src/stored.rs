@@ -36,7 +36,7 @@ impl<'a, R: Read + Seek> StoredArray<'a, R> {
         })
     }
 
-    /// What the array's header says.
+    /// Content of the array's header.
     #[must_use]
     pub fn header(&self) -> &NpyHeader {
         &self.header
@@ -59,7 +59,7 @@ impl<'a, R: Read + Seek> StoredArray<'a, R> {
             let mut item = [0_u8; 16];
             let item = &mut item[..header.item_bytes()];
             let wanted = start + first * item.len() as u64;
-            // Values of one file are nearer than 2^63 bytes to one another.
+            // Values of one file are less than 2^63 bytes apart.
             reader.seek_relative(wanted.wrapping_sub(*at).cast_signed())?;
             *at = wanted;
             for _ in 0..count {

@@ -210,7 +210,7 @@ impl<W: Write + Seek, T: NpyValue> OwnedArrayWriter<W, T> {
     }
 }
 
-/// How much of an array is written.
+/// Number of bytes of an array written so far.
 struct ArrayState<T> {
     bytes: Vec<u8>,
     missing: u64,
@@ -225,7 +225,7 @@ impl<T: NpyValue> ArrayState<T> {
     ) -> io::Result<()> {
         let mut values = values.into_iter();
         loop {
-            // As many as fill the block, and no more than are wanted.
+            // As many as fill the block, at most the requested number.
             let filled = self.bytes.len();
             let room = (BLOCK_BYTES.saturating_sub(filled) as u64 / T::BYTES).min(self.missing);
             self.bytes.resize(filled + (room * T::BYTES) as usize, 0);

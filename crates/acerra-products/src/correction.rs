@@ -1,4 +1,4 @@
-//! What a run with autofocus shows beside the others: the image as stated, the corrections.
+//! Additional figures of a run with autofocus: the image by the stated positions, the corrections.
 
 use acerra_chain::autofocus::PathCorrection;
 use acerra_figure::{Axis, FigureError, ImageDb, LinePlot, PixelValues, Series};
@@ -34,8 +34,8 @@ pub fn pictures(outcome: &Outcome) -> Result<Vec<(String, Picture)>, FigureError
         },
         "The image made with the positions as stated",
         format!(
-            "The image with the positions as they were stated. Points that took no part in the correction \
-             gain {:.2} ± {:.2} dB by it.",
+            "The image by the stated positions. Points that were not used for the correction gain {:.2} ± \
+             {:.2} dB by it.",
             found.gain_db, found.gain_sigma_db
         ),
     )?;
@@ -73,8 +73,8 @@ fn corrections(correction: &PathCorrection, outcome: &Outcome) -> Result<Picture
         },
         "Corrections of the positions east, north and up along the flight",
         format!(
-            "Corrections by autofocus with bands of one posterior standard deviation; errors were taken to \
-             last {:.2} s. trajectory-uncorrected.csv has the positions as stated.",
+            "Corrections by autofocus with bands of one posterior standard deviation; the correlation time \
+             of the errors was taken as {:.2} s. trajectory-uncorrected.csv holds the stated positions.",
             correction.correlation_s
         ),
     )

@@ -1,4 +1,4 @@
-//! Cuts through the targets of an image, with what Eq. (5) gives for the same flight.
+//! Cuts through the targets of an image, and the cuts by Eq. (5) for the same flight.
 
 use acerra_imaging::metrics::{Field, ImageView, InterpolatedImage, LocalTrack, Target};
 use acerra_imaging::psf::{Cell, PointSpread};
@@ -15,7 +15,7 @@ const MOST: usize = 12;
 const REACH_CELLS: f64 = 6.0;
 /// Points on either side.
 const POINTS: i32 = 120;
-/// Lower levels are not told apart (dB).
+/// Lower levels are drawn as this level (dB).
 const FLOOR_DB: f64 = -60.0;
 
 /// The point spread function of the flight that was imaged.

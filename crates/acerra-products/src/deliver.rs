@@ -17,8 +17,8 @@ use crate::{correction, data, image_npz, maps, pictures, report_data};
 use acerra_chain::journal::stages::Stages;
 use serde::Serialize;
 
-/// Writes the products of `outcome` beside what `staging` holds, and publishes them. The stage `deliver` ends before `run.json`
-/// and the report are written, as both state what it cost.
+/// Writes the products of `outcome` to `staging` and publishes them. The stage `deliver` ends before
+/// `run.json` and the report are written, as both state its cost.
 ///
 /// # Errors
 /// A directory that cannot be written; it is then left as it was.
@@ -30,7 +30,7 @@ pub fn deliver(outcome: &Outcome, staging: Staging, stages: &mut Stages) -> anyh
     staging.publish()
 }
 
-/// Writes `image.npz` and `run.json` alone beside what `staging` holds, and publishes them.
+/// Writes `image.npz` and `run.json` alone to `staging` and publishes them.
 ///
 /// # Errors
 /// As [`deliver`].
@@ -44,7 +44,7 @@ pub fn deliver_image(
     staging.publish()
 }
 
-/// Writes all products but `run.json` and the report, on all threads, and gathers what the report shows.
+/// Writes all products but `run.json` and the report, on all threads, and collects the data of the report.
 fn written(outcome: &Outcome, staging: &Staging) -> anyhow::Result<ReportData> {
     let shown = &Shown::of(outcome);
     let ((image, files), (pictures, report)) = rayon::join(
@@ -75,7 +75,7 @@ fn written(outcome: &Outcome, staging: &Staging) -> anyhow::Result<ReportData> {
     Ok(drawn.shown_in(report))
 }
 
-/// Writes what is no picture, and what lies over maps.
+/// Writes the products that are not pictures, and the map overlays.
 fn write_files(outcome: &Outcome, shown: &Shown, staging: &Staging) -> anyhow::Result<()> {
     let (image, (maps, data)) = rayon::join(
         || write_image(outcome, staging),

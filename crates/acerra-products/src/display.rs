@@ -5,13 +5,12 @@ use acerra_imaging::PlaneGrid;
 
 use crate::outcome::Outcome;
 
-/// Share of an image's pixels that lie below the lowest level of its picture: the median is what
-/// "peak over median" is counted from, and ground that the gate or the antenna leaves dark does not
-/// widen the window.
+/// Share of an image's pixels below the lowest level of its picture: "peak over median" counts from the
+/// median, and ground that the gate or the antenna leaves dark does not widen the window.
 pub const DARK_SHARE: f64 = 0.5;
 
-/// The levels of pictures of images: from a percentile of the image's own up to its maximum, as no
-/// fixed window suits both two reflectors on a lawn and a street of houses.
+/// Levels of an image's picture: from a percentile of the image up to its maximum, as no fixed window suits
+/// both two reflectors on a lawn and a street of houses.
 pub const WINDOW: LevelWindow = LevelWindow::Percentile { share: DARK_SHARE };
 
 /// Pictures are compensated for range where 1/R² varies by more than this over the image (dB), half
@@ -21,7 +20,7 @@ const COMPENSATED_FROM_DB: f64 = 20.0;
 /// Positions of a track from which the nearest to a pixel is taken, at most.
 const MOST_POSITIONS: usize = 512;
 
-/// What the gain that undoes 1/R² depends on.
+/// Parameters of the gain that removes 1/R².
 #[derive(Clone, Copy, Debug)]
 pub struct RangeGeometry<'a> {
     /// Columns and rows of the image.
@@ -30,7 +29,7 @@ pub struct RangeGeometry<'a> {
     pub z_m: f64,
     /// Positions of the phase centre (m).
     pub position_m: &'a [[f64; 3]],
-    /// Range cell c/(2B), nearer than which range is not told apart; not finite for one frequency (m).
+    /// Range cell c/(2B), below which range is not resolved; not finite for one frequency (m).
     pub range_cell_m: f64,
 }
 
@@ -44,7 +43,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The window of levels and the gain for a run's image; all of its pixels are looked at.
+    /// The window of levels and the gain for a run's image, from all of its pixels.
     #[must_use]
     pub fn of(outcome: &Outcome) -> Self {
         let grid = &outcome.focused.pixels.grid;
@@ -71,16 +70,16 @@ fn range_gain_of(outcome: &Outcome) -> Option<DisplayGain> {
     })
 }
 
-/// The gain that undoes the 1/R² of Eq. (3) for display, R being the distance to the nearest point
-/// of the tracks: without it clutter near the antenna takes the maximum, and what lies far is
-/// black. None where 1/R² varies little over the image.
+/// The gain that removes the 1/R² of Eq. (3) for display, R being the distance to the nearest point of the
+/// tracks: without the gain clutter near the antenna has the maximum, and far pixels are black. None where
+/// 1/R² varies little over the image.
 #[must_use]
 pub fn range_gain(geometry: RangeGeometry<'_>) -> Option<DisplayGain> {
     let RangeGeometry { grid, z_m, .. } = geometry;
     let positions = geometry.position_m;
     let step = positions.len().div_ceil(MOST_POSITIONS).max(1);
     let sampled: Vec<[f64; 3]> = positions.iter().step_by(step).copied().collect();
-    // Nearer than a range cell (a pixel, for one frequency alone), range is not told apart.
+    // Below a range cell (a pixel, for one frequency alone), range is not resolved.
     let least_m = if geometry.range_cell_m.is_finite() {
         geometry.range_cell_m.max(grid.pixel_m)
     } else {

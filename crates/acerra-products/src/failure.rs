@@ -2,9 +2,8 @@
 
 use crate::plain::plain_text;
 
-/// The message of `error` and of its causes, outer first, parted by colons; a cause whose message already
-/// ends what stands before is not said twice. Names from files and campaigns are text in it, as [`plain_text`] makes
-/// them.
+/// The message of `error` and of its causes, outer first, separated by colons; a cause that already ends the
+/// message before it is left out. Names from files and campaigns are shown as text, by [`plain_text`].
 ///
 /// ```
 /// use anyhow::Context;

@@ -1,4 +1,4 @@
-//! What a run leaves behind: files, and how they get there.
+//! Products of a run: files, and their publication.
 //!
 //! ```text
 //! campaign file ──run_campaign──► Outcome ──deliver──► image.npz, pictures, maps, run.json, report.html

@@ -1,4 +1,4 @@
-//! The names of products, for telling an older run's from a user's own files.
+//! The names of products, which distinguish an older run's files from a user's.
 
 use std::path::Path;
 
@@ -41,8 +41,8 @@ pub const PRODUCTS: [&str; 33] = [
     "volume.vti",
 ];
 
-/// The products of an older run that may lie in `directory`; none unless its `run.json` is there
-/// and tells that Acerra wrote it.
+/// The products of an older run that may be in `directory`; none unless its `run.json` is there and names
+/// Acerra as its writer.
 #[must_use]
 pub fn of_older_run(directory: &Path) -> Vec<String> {
     let run: Option<Value> = std::fs::read(directory.join("run.json"))
@@ -60,7 +60,7 @@ pub fn of_older_run(directory: &Path) -> Vec<String> {
     }
 }
 
-/// Whether a product stands at this place: a file, or the directory of a Zarr group.
+/// Whether a product is at this place: a file, or the directory of a Zarr group.
 #[must_use]
 pub(crate) fn is_product(place: &Path) -> bool {
     place.is_file() || place.join("zarr.json").is_file()

@@ -29,15 +29,15 @@ pub struct Outcome {
     pub measured: Measurement,
     /// Heights of the geoid, where a grid is given.
     pub geoid: Option<GeoidGrid>,
-    /// Surveyed points beside its targets.
+    /// Surveyed points, and the target nearest to each.
     pub surveyed: Vec<SurveyRecord>,
-    /// What the run found of its own settings.
+    /// Findings of the run on its settings.
     pub evidence: Evidence,
-    /// Settings that nothing in the data checks.
+    /// Settings that no data check.
     pub unchecked: Vec<Unchecked>,
-    /// What there is to say beside the result.
+    /// Remarks on the result.
     pub warnings: Vec<String>,
-    /// What was left out without harm, one sentence each.
+    /// Harmless omissions, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -60,7 +60,7 @@ impl Outcome {
         }
     }
 
-    /// The tracks of a campaign that lists them; none of one that describes its only flight.
+    /// The tracks of a campaign that lists tracks; none for a campaign with one flight.
     #[must_use]
     pub fn listed_tracks(&self) -> &[acerra_chain::Track] {
         if self.campaign.track.is_empty() {

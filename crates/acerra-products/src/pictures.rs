@@ -225,7 +225,7 @@ pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Pict
         [
             "Radargram that entered the image: traces from left to right, fast time downwards, levels in decibels, with \
              2h/c and the gate",
-            "The same traces as they entered the image; the title says what was taken off.",
+            "The same traces as they entered the image; the title names the background that was subtracted.",
         ],
         outcome,
         &traces.clean,
@@ -234,7 +234,7 @@ pub fn radargram_clean(outcome: &Outcome, traces: &CleanedTraces) -> Result<Pict
     )
 }
 
-/// What was done to the traces that enter the image, in few words.
+/// Processing of the traces that enter the image, in few words.
 fn clean_title(outcome: &Outcome, traces: &CleanedTraces) -> String {
     let background = outcome.campaign.background() != Background::None;
     let title = match (background, traces.gate_s.is_some()) {
@@ -246,7 +246,7 @@ fn clean_title(outcome: &Outcome, traces: &CleanedTraces) -> String {
     title.to_owned()
 }
 
-/// A radargram with its title, and what it shows and how to read it in words.
+/// A radargram with its title, its content and how to read it in words.
 fn draw(
     title: &str,
     [alt, caption]: [&str; 2],
@@ -287,7 +287,7 @@ fn draw(
     let trajectory_s: Vec<f64> = time_s.iter().map(|t| t + track.time_offset_s).collect();
     figure.time_s = &trajectory_s;
     if matches!(track.positions, Positions::Trajectory(_)) {
-        // The clock of the trajectory's own figures.
+        // The clock of the trajectory's figures.
         figure.time_label = "trajectory time".to_owned();
     }
     figure.curves = curves;

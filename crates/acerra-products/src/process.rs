@@ -1,4 +1,4 @@
-//! The stages of a run, from a campaign to what there is to deliver.
+//! The stages of a run, from a campaign to its products.
 
 use acerra_chain::autofocus::AutofocusFailure;
 use acerra_chain::calibrate::SurveyedPoint;
@@ -43,10 +43,10 @@ pub enum RunError {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// What the run found cannot be, were its settings right.
+    /// Findings that contradict the settings.
     #[error(
-        "the evidence contradicts the settings:\n{found}\n([checks] contradictions = \"warn\" makes \
-         the image all the same)"
+        "the evidence contradicts the settings:\n{found}\n([checks] contradictions = \"warn\" makes the \
+         image nevertheless)"
     )]
     Contradicted {
         /// The contradictions, a line each.
@@ -63,7 +63,7 @@ impl From<AutofocusFailure> for RunError {
     }
 }
 
-/// Fails on the first contradictions, unless the campaign wants them as warnings.
+/// Fails on the first contradictions, unless the campaign turns them into warnings.
 fn refuse_contradictions(campaign: &Campaign, evidence: &Evidence) -> Result<(), RunError> {
     let found: Vec<String> = evidence
         .with(Verdict::Contradicts)
@@ -77,7 +77,7 @@ fn refuse_contradictions(campaign: &Campaign, evidence: &Evidence) -> Result<(),
     })
 }
 
-/// A campaign with resolved paths, and what it is called in titles.
+/// A campaign with resolved paths, and its name in titles.
 #[derive(Clone, Debug)]
 pub struct NamedCampaign {
     /// What it is called.
@@ -116,14 +116,14 @@ pub(crate) struct Ready {
     campaign: Campaign,
     surveyed: Vec<SurveyedPoint>,
     geoid: Option<GeoidGrid>,
-    /// Clean spectra at their places, corrected where the campaign says so.
+    /// Clean spectra at their places, corrected where the campaign enables the correction.
     pub prepared: Prepared,
     /// The image asked for.
     pub request: ImageRequest,
 }
 
 impl Ready {
-    /// Prepares a campaign, and weighs what the data say of its settings.
+    /// Prepares a campaign, and judges its settings by the data.
     ///
     /// # Errors
     /// The first stage that fails; settings that the data contradict.
@@ -158,8 +158,8 @@ impl Ready {
         })
     }
 
-    /// The image with the positions as stated, of one plane or terrain alone; none where no correction
-    /// was applied.
+    /// The image by the stated positions, of one plane or terrain alone; none where no correction was
+    /// applied.
     fn uncorrected(
         &self,
         journal: &mut Journal,
@@ -181,7 +181,7 @@ impl Ready {
         Ok(Some(before))
     }
 
-    /// Measures an image, and weighs what it says.
+    /// Measures an image, and judges it.
     ///
     /// # Errors
     /// The first stage that fails; settings that the image contradicts.
@@ -268,7 +268,7 @@ fn autofocus(
     Ok(())
 }
 
-/// What keeps heights above the geoid from being told, where something does.
+/// Why heights above the geoid cannot be given, if so.
 fn without_sea_level(geoid: &GeoidGrid, prepared: &Prepared) -> Option<String> {
     let Some(frame) = prepared.first().positions.earth_frame() else {
         return Some(
@@ -282,7 +282,7 @@ fn without_sea_level(geoid: &GeoidGrid, prepared: &Prepared) -> Option<String> {
     geoid.height_m(latitude_deg, longitude_deg).is_none().then(|| {
         format!(
             "[image] geoid: the grid does not cover {latitude_deg:.4}°, {longitude_deg:.4}°: no heights \
-             above the sea are told"
+             above the sea are given"
         )
     })
 }

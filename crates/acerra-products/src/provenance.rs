@@ -39,8 +39,8 @@ pub(crate) fn items(outcome: &Outcome) -> Vec<(String, String)> {
     items
 }
 
-/// Inputs by their names alone: where they lay on one computer is of no use on another, and products of the
-/// same inputs are the same bytes.
+/// Inputs by their names alone: their folders on one computer are meaningless on another, and products of the
+/// same inputs are bitwise equal.
 pub(crate) fn without_folders(value: &mut Value, inputs: &[&Path]) {
     match value {
         Value::String(text) => {

@@ -1,4 +1,4 @@
-//! From the outcome of a run to what its report shows.
+//! The report's data from the outcome of a run.
 
 use acerra_imaging::metrics::{LocalTrack, Target};
 use acerra_imaging::psf::{Cell, PointSpread};
@@ -23,12 +23,12 @@ pub struct Drawn {
     pub image: Picture,
     /// `radargram-raw.png` and `radargram.png`, where there are traces.
     pub radargrams: Option<[Picture; 2]>,
-    /// Those of corrections and stacks.
+    /// Figures of corrections and stacks.
     pub more: Vec<Picture>,
 }
 
 impl Drawn {
-    /// The same report with these pictures.
+    /// The report with these pictures.
     pub fn shown_in(self, report: ReportData) -> ReportData {
         let (radargram_raw, radargram_clean) = match self.radargrams {
             Some([before, after]) => (Some(before), Some(after)),
@@ -44,7 +44,7 @@ impl Drawn {
     }
 }
 
-/// Gathers the report's data but for its pictures and what the stages cost.
+/// Collects the report's data except its pictures and the cost of the stages.
 pub fn collect(outcome: &Outcome) -> ReportData {
     let spread = spread_of(outcome);
     ReportData {
@@ -145,7 +145,7 @@ fn rows(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<TargetRow> {
         .collect()
 }
 
-/// What a height error means for targets under the track.
+/// Effect of a height error on targets under the track.
 fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
     const ERROR_M: f64 = 0.03;
     // Below ground rays are refracted.
@@ -178,10 +178,10 @@ fn at_nadir(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<String> {
         ("Targets", "lie")
     };
     vec![format!(
-        "{noun} {} {verb} under the track, nearer than the Rayleigh width across it. There the image \
-         cannot tell a small height error from a shift across the track: by Eq. (14), an image \
-         plane {:.0} cm too high moves a target by up to {moved_m:.2} m to either side. Along the \
-         track no such thing happens.",
+        "{noun} {} {verb} under the track, nearer than the Rayleigh width across it. There the image cannot \
+         distinguish a small height error from a shift across the track: by Eq. (14), an image plane {:.0} \
+         cm too high moves a target by up to {moved_m:.2} m to either side. Along the track there is no \
+         such shift.",
         under.join(", "),
         1e2 * ERROR_M
     )]
@@ -282,7 +282,7 @@ fn evidence_row(finding: &Finding) -> EvidenceRow {
 fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
     let total = &search.likelihood.total;
     let best = total.best().1;
-    // What is far less likely than the best is drawn as just that.
+    // Likelihoods far below the best are drawn at this limit.
     let stride = (total.log_likelihood.len() / 4000).max(1);
     let (offset_s, score) = (0..total.log_likelihood.len())
         .step_by(stride)
@@ -299,10 +299,10 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
         estimate.offset_s, estimate.sigma_s
     );
     if let Some(height) = &search.likelihood.height {
-        remark += &format!(" Height alone says {:.3} s.", height.offset_s);
+        remark += &format!("Height alone gives {:.3} s.", height.offset_s);
     }
     if let Some(motion) = &search.likelihood.motion {
-        remark += &format!(" Motion alone says {:.3} s.", motion.offset_s);
+        remark += &format!("Motion alone gives {:.3} s.", motion.offset_s);
     }
     if let Some(sharpness) = &estimate.sharpness {
         remark += &format!(
@@ -319,7 +319,7 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
                  below."
             );
         }
-        None => remark += " Every other offset tried is out of the question.",
+        None => remark += "Every other offset tried is excluded.",
     }
     AlignmentEvidence {
         offset_s,
@@ -336,8 +336,8 @@ fn surface(outcome: &Outcome, track: &Track) -> Option<SurfaceEvidence> {
     let half_c = 0.5 * outcome.campaign.image.light_speed_m_s;
     let residual = match (surface.median_residual_s, surface.spread_s) {
         (Some(median), Some(spread)) => format!(
-            "The echo less 2h/c is {:+.0} mm in the median of the traces, spread {:.0} mm; \
-             it stands {:.0} dB above what does not follow the height.",
+            "The echo less 2h/c is {:+.0} mm in the median of the traces, spread {:.0} mm; it is {:.0} dB \
+             above the signal that does not follow the height.",
             median * half_c * 1e3,
             spread * half_c * 1e3,
             surface.contrast_db
@@ -365,7 +365,7 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
             format!("{:.4} s", outcome.prepared.first().time_offset_s),
         )
         .note(if outcome.prepared.first().recorded_clock.is_some() {
-            "trajectory time minus radar time, of the clock recorded beside the radar log"
+            "trajectory time minus radar time, by the clock recorded with the radar log"
         } else {
             "trajectory time minus radar time"
         }),
@@ -387,8 +387,8 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
         );
         let note = match k.found {
             Some(f) => format!(
-                "{given}; found on the common target against the first track, which stands \
-                 {:.0} dB over the rest (phase at mid-band)",
+                "{given}; found on the common target relative to the first track; the target is {:.0} dB \
+                 above the rest (phase at mid-band)",
                 f.contrast_db
             ),
             None => given,
@@ -417,7 +417,8 @@ fn choices(outcome: &Outcome) -> Vec<Fact> {
     choices
 }
 
-/// The plan, a row for each of its lines: first the work, then the method and what else it says.
+/// The plan, a row for each of its lines: first the amount of computation, then the method and further
+/// choices.
 fn plan(outcome: &Outcome) -> Vec<Fact> {
     let mut lines = outcome.focused.plan.lines();
     let work = lines.next().map(|line| Fact::new("Work", line));
@@ -427,7 +428,7 @@ fn plan(outcome: &Outcome) -> Vec<Fact> {
 /// Letters of a row's name at most.
 const MOST_NAME: usize = 48;
 
-/// A line of the plan by what it is about: the words before its colon where they are few.
+/// A line of the plan, split at its colon where few words precede the colon.
 fn plan_fact(line: &str) -> Fact {
     let named = line
         .split_once(": ")

@@ -19,12 +19,11 @@ use crate::space::check_space;
 use crate::stack_npz::NpzSink;
 use crate::staging::Staging;
 
-/// Reads a campaign file, runs it, and writes its products into `directory`. What the stages cost
-/// and noticed is in the journal, also after a failure.
+/// Reads a campaign file, runs it, and writes its products into `directory`. Cost and remarks of the stages
+/// are in the journal, also after a failure.
 ///
 /// # Errors
-/// Whatever cannot be done, with the file, the place and what was expected. The directory is then
-/// left as it was.
+/// Any failure, with the file, the place and the expectation. The directory is then unchanged.
 pub fn run_campaign(
     file: &Path,
     directory: &Path,
@@ -50,7 +49,7 @@ pub struct RunRequest<'a> {
     pub file: &'a Path,
     /// Where the products go.
     pub directory: &'a Path,
-    /// Whether positions are corrected by autofocus, also where the campaign does not say so.
+    /// Whether positions are corrected by autofocus even where the campaign does not enable it.
     pub autofocus: bool,
     /// Which products are written.
     pub wanted: Wanted,
@@ -66,7 +65,7 @@ pub enum Wanted {
     Image,
 }
 
-/// The same as [`run_campaign`], with what the command line adds to the campaign.
+/// As [`run_campaign`], with additions of the command line to the campaign.
 ///
 /// # Errors
 /// As [`run_campaign`].
@@ -85,7 +84,7 @@ pub fn run_campaign_with(
     check_space(&campaign.campaign, &staging.folder())?;
     let mut sink = NpzSink::new(&staging.folder());
     let read = campaign.campaign.clone();
-    // Nothing but the products needs the digests of the inputs: another thread makes them.
+    // Only the products need the digests of the inputs: another thread computes them.
     let (inputs, outcome) = std::thread::scope(|scope| {
         let inputs = scope.spawn(|| record_inputs(file, &read));
         let outcome = process(campaign, &mut sink, journal, control);
@@ -120,7 +119,7 @@ pub(crate) fn delivered(
     Ok(outcome)
 }
 
-/// Reads a campaign file, and refuses what no run of it could deliver.
+/// Reads a campaign file, and refuses requests that no run of it could fulfil.
 ///
 /// # Errors
 /// A file that cannot be read or holds something else, a directory in which inputs would be
@@ -155,7 +154,7 @@ pub(crate) fn record_inputs(file: &Path, campaign: &Campaign) -> anyhow::Result<
     Ok(inputs)
 }
 
-/// Says of the logs of autopilots which of their sources the positions are.
+/// Notes which sources in the logs of autopilots gave the positions.
 fn name_sources(outcome: &mut Outcome) {
     let each = outcome.campaign.each_track();
     for (one, track) in each.iter().zip(&outcome.prepared.tracks) {
@@ -172,8 +171,8 @@ fn name_sources(outcome: &mut Outcome) {
     }
 }
 
-/// The campaign file, every file that it names, the antenna calibrations that its RTKLIB
-/// configurations name, and the clocks beside radar logs.
+/// The campaign file, every file that it names, the antenna calibrations that its RTKLIB configurations name,
+/// and the clocks next to radar logs.
 fn input_paths(file: &Path, campaign: &Campaign) -> anyhow::Result<Vec<PathBuf>> {
     let each = campaign.each_track();
     let mut radars: Vec<PathBuf> = Vec::new();
@@ -226,7 +225,7 @@ fn inputs_are_kept(file: &Path, campaign: &Campaign, directory: &Path) -> anyhow
     Ok(())
 }
 
-/// What a campaign is called: as its file, or as the folder of one that is called `campaign`.
+/// Name of a campaign: that of its file, or of the folder of a file named `campaign`.
 fn name_of_campaign(file: &Path) -> String {
     let of = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
     let stem = of(file.file_stem()).unwrap_or_default();
@@ -268,7 +267,7 @@ mod tests {
             "igs.atx",
         ];
         assert_eq!(names, expected.map(at));
-        // What neither antenna needs is not read.
+        // Calibrations that neither antenna needs are not read.
         write("ppk.conf", "file-rcvantfile=igs.atx\n");
         let found = record_inputs(&at("campaign.toml"), &campaign).unwrap();
         assert_eq!(found.len(), 5);

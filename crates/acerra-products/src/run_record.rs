@@ -20,7 +20,7 @@ use crate::outcome::Outcome;
 use crate::surveyed::SurveyRecord;
 use crate::uncertainty::place_sigma;
 
-/// `targets.json`: what the image shows.
+/// `targets.json`: the targets of the image.
 #[derive(Clone, Debug, Serialize)]
 pub struct TargetsRecord<'a> {
     /// Targets, strongest first.
@@ -29,14 +29,14 @@ pub struct TargetsRecord<'a> {
     pub frame: FrameRecord,
     /// Levels of the image as a whole.
     pub image: &'a ImageStatistics,
-    /// What became of the local maxima.
+    /// Fate of the local maxima.
     pub maxima: MaximaRecord,
-    /// Surveyed points beside the targets.
+    /// Surveyed points, and the target nearest to each.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     pub surveyed: &'a [SurveyRecord],
 }
 
-/// A target, where it stands on the Earth, and how well that is known.
+/// A target, its place on the Earth, and the uncertainty of the place.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct TargetRecord<'a> {
     /// The target in the image's frame.
@@ -48,15 +48,15 @@ pub struct TargetRecord<'a> {
     /// Height above the geoid (m), where `[image] geoid` names a grid that covers the place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_above_geoid_m: Option<f64>,
-    /// Standard deviation along and across the track (m), by the positions' own and the clock offset's;
-    /// what the delay may be off is not in it.
+    /// Standard deviation along and across the track (m), by the stated errors of positions and clock offset;
+    /// an error of the delay is not included.
     pub sigma_along_across_m: Option<[f64; 2]>,
     /// Depth below the surface of `[ground]` (m), of targets below it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
-    /// Its standard deviation (m), by the distance of the volume's slices, the deviation that the heights of the
-    /// positions state, and that of the permittivity where it was found or the finding `ground_permittivity` gives one; what
-    /// the delay may be off is not in it.
+    /// Its standard deviation (m), by the distance of the volume's slices, the deviation that the heights of
+    /// the positions state, and that of the permittivity where it was found or the finding
+    /// `ground_permittivity` gives one; an error of the delay is not included.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_sigma_m: Option<f64>,
 }
@@ -95,7 +95,8 @@ pub fn depth_of(outcome: &Outcome, target: &Target) -> Option<[f64; 2]> {
     Some([depth_m, sigma_m.hypot(soil_sigma_m)])
 }
 
-/// Relative standard deviation of the permittivity, as found or as the evidence gives it: a depth goes with its root.
+/// Relative standard deviation of the permittivity, as found or by the evidence: depth is proportional to its
+/// square root.
 fn permittivity_sigma(outcome: &Outcome) -> Option<f64> {
     if let Some(found) = outcome.prepared.permittivity {
         return Some(found.sigma / found.value);
@@ -122,14 +123,14 @@ impl<'a> TargetRecord<'a> {
     }
 }
 
-/// What became of the local maxima of an image.
+/// Fate of the local maxima of an image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MaximaRecord {
     /// Those above the threshold.
     pub above_threshold: usize,
-    /// Those that do not stand out of the clutter about them.
+    /// Number of maxima at the level of the clutter about them.
     pub clutter: usize,
-    /// Those taken for sidelobes of a target.
+    /// Number of maxima explained as sidelobes of a target.
     pub sidelobes: usize,
     /// Those taken for ghosts.
     pub ghosts: usize,
@@ -137,14 +138,14 @@ pub struct MaximaRecord {
     pub not_examined: usize,
 }
 
-/// `run.json`: what was done with which input, and what it cost.
+/// `run.json`: processing, inputs and cost of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunRecord<'a> {
     /// Version of the program.
     pub version: &'static str,
-    /// What the run found of its own settings.
+    /// Findings of the run on its settings.
     pub evidence: &'a Evidence,
-    /// Settings that nothing in the data checks.
+    /// Settings that no data check.
     pub unchecked: &'a [Unchecked],
     /// The campaign, every default filled in.
     pub configuration: &'a Campaign,
@@ -152,18 +153,18 @@ pub struct RunRecord<'a> {
     pub inputs: &'a [InputFile],
     /// What each stage cost.
     pub stages: &'a [Stage],
-    /// What there is to say beside the result.
+    /// Remarks on the result.
     pub warnings: &'a [String],
-    /// What was left out without harm.
+    /// Harmless omissions.
     pub notes: &'a [String],
     /// Trajectory time minus radar time of the first track (s).
     pub time_offset_s: f64,
     /// How that was found, when it was not given.
     pub time_offset_search: Option<SearchRecord<'a>>,
-    /// The clock recorded beside the radar log of the first track, when the offset is its.
+    /// The clock recorded with the radar log of the first track, where the offset is by this clock.
     pub recorded_clock: Option<&'a LoggedClock>,
-    /// How the fast time at which range is zero was found in the first track, when that was asked
-    /// for.
+    /// How the fast time at which range is zero was found in the first track, where the campaign left it
+    /// open.
     pub delay_search: Option<DelayRecord>,
     /// The shift of fast time.
     pub zero_timing: ZeroTimingRecord,
@@ -184,7 +185,7 @@ pub struct RunRecord<'a> {
     /// How the scene was solved for, where `[image] method` is not the adjoint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inversion: Option<&'a InversionRecord>,
-    /// What the planner chose and why.
+    /// Choices of the planner, and their reasons.
     pub plan: &'a str,
     /// Relative L2 error that the plan's self-check found.
     pub plan_checked_error: Option<f64>,
@@ -297,7 +298,7 @@ pub struct TrackRecord<'a> {
     pub selected: usize,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
-    /// The clock recorded beside its radar log, when the offset is its.
+    /// The clock recorded with its radar log, where the offset is by this clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recorded_clock: Option<&'a LoggedClock>,
     /// Added to fast time (ns).
@@ -309,14 +310,14 @@ pub struct TrackRecord<'a> {
 /// Memory of the image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MemoryRecord {
-    /// Bytes that the plan promised to need beside the input.
+    /// Bytes that the plan needs in addition to the input.
     pub promised_bytes: u64,
     /// Bytes of the image itself.
     pub image_bytes: usize,
 }
 
 impl<'a> TargetsRecord<'a> {
-    /// What the image of a run shows.
+    /// Levels of the image of a run.
     #[must_use]
     pub fn of(outcome: &'a Outcome) -> Self {
         let measured = &outcome.measured;
@@ -341,7 +342,7 @@ impl<'a> TargetsRecord<'a> {
 }
 
 impl<'a> RunRecord<'a> {
-    /// The record of a run and of what its stages cost.
+    /// The record of a run and of the cost of its stages.
     #[must_use]
     pub fn of(outcome: &'a Outcome, stages: &'a [Stage]) -> Self {
         let prepared = &outcome.prepared;

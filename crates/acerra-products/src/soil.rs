@@ -5,7 +5,7 @@ use acerra_chain::choices::{GroundSurface, Permittivity};
 use crate::outcome::Outcome;
 use crate::report::Fact;
 
-/// The soil by which the image below ground was made, and its surface; nothing of an image above ground.
+/// The soil used for the image below ground, and its surface; empty for an image above ground.
 pub fn soil_facts(outcome: &Outcome) -> Vec<Fact> {
     let Some(ground) = &outcome.campaign.ground else {
         return Vec::new();
@@ -14,7 +14,7 @@ pub fn soil_facts(outcome: &Outcome) -> Vec<Fact> {
         Some(found) => {
             let points = if found.points == 1 { "point" } else { "points" };
             let note = format!(
-                "found from {} buried {points}, the same from several starts",
+                "found from {} buried {points}, equal from several starts",
                 found.points
             );
             Fact::new(

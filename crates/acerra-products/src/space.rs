@@ -1,4 +1,4 @@
-//! Whether memory and disk hold what a campaign asks for.
+//! Whether memory and disk suffice for a campaign.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use acerra_chain::scene::size::{bytes_text, fitting_pixel_m};
 use acerra_chain::scene::{SceneError, SceneHeights, SceneOptions};
 use anyhow::ensure;
 
-/// Bytes that tables, traces, pictures and threads take beside the pixels of an ordinary run.
+/// Bytes of tables, traces, pictures and threads of an ordinary run, in addition to the pixels.
 const BESIDE_PIXELS: u128 = 64 << 20;
 
 /// Refuses a campaign whose pixels do not fit memory or disk, before anything is read.
@@ -47,7 +47,7 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What makes the pixels fit, as the end of a sentence.
+/// How to make the pixels fit, as the end of a sentence.
 fn remedy(scene: &SceneOptions, needed_bytes: u128, available_bytes: u64) -> String {
     let pixel_m = fitting_pixel_m(scene.pixel_m, needed_bytes, available_bytes.into());
     let more = match scene.heights {
@@ -60,8 +60,8 @@ fn remedy(scene: &SceneOptions, needed_bytes: u128, available_bytes: u64) -> Str
     )
 }
 
-/// Bytes that data for other programs ask for, as if nothing could be compressed. The volume's slices
-/// pass one by one; HDF5 takes the real and imaginary parts of the image one after the other.
+/// Bytes of data for other programs without compression. The volume's slices pass one by one; HDF5 writes the
+/// real and imaginary parts of the image one after the other.
 fn format_bytes(
     formats: &[ProductFormat],
     scene: &SceneOptions,
@@ -97,7 +97,7 @@ fn format_bytes(
 const COMPLEX_BYTES: u128 = 8;
 const LEVEL_BYTES: u128 = 4;
 
-/// Bytes free at `path`, where the system tells.
+/// Free bytes at `path`, where the system reports them.
 #[cfg(unix)]
 fn free_disk_bytes(path: &Path) -> Option<u64> {
     let place = rustix::fs::statvfs(path).ok()?;

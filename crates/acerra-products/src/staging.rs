@@ -24,10 +24,9 @@ pub struct Staging {
 }
 
 impl Staging {
-    /// Makes the place aside: within `target` where that exists, so that both are on one file
-    /// system, else beside it. The files of an existing `target` are replaced on publication by
-    /// those of the same names, and others in it are left alone. What killed runs have left at
-    /// either place is removed.
+    /// Makes the staging area: within `target` where that exists, so that both are on one file system, else
+    /// next to `target`. The files of an existing `target` are replaced on publication by those of the same
+    /// names; other files in it are unchanged. Areas of killed runs at either place are removed.
     ///
     /// # Errors
     /// `target` is a file, or cannot be written.
@@ -155,7 +154,7 @@ impl StagedFile {
     /// Puts the file in its place.
     ///
     /// # Errors
-    /// The place cannot be written; what was there is then left as it was.
+    /// The place cannot be written; its earlier content is then unchanged.
     pub fn publish(self) -> anyhow::Result<()> {
         match self.0 {
             Place::Aside(staging) => staging.publish(),

@@ -1,4 +1,5 @@
-//! The finding `survey`: surveyed points beside the targets of the image, and what their agreement checks.
+//! The finding `survey`: distances of targets from surveyed points, and the settings that their agreement
+//! checks.
 
 use acerra_chain::Prepared;
 use acerra_chain::findings::{Finding, Setting, Verdict};
@@ -8,7 +9,7 @@ use acerra_imaging::metrics::Target;
 use crate::surveyed::SurveyRecord;
 use crate::uncertainty::place_sigma;
 
-/// A surveyed point that the image holds, and how far its target is from it.
+/// A surveyed point within the image, and the distance of its target.
 #[derive(Clone, Copy, Debug)]
 struct Seen<'a> {
     point: &'a SurveyRecord,
@@ -23,9 +24,9 @@ impl Seen<'_> {
     }
 }
 
-/// The worst of the surveyed points inside the image, in standard deviations of its distance: those of the
-/// target's place and of a range cell, within which the echo of a reflector may lie. None where no point lies
-/// in the image or nothing is a target.
+/// The worst of the surveyed points inside the image, in standard deviations of its distance, by the target's
+/// place and by a range cell, within which the echo of a reflector may lie. None where no point lies in the
+/// image or the image has no target.
 pub(crate) fn survey_finding(
     prepared: &Prepared,
     grid: &PlaneGrid,
@@ -53,8 +54,8 @@ pub(crate) fn survey_finding(
     Some(finding.because(explanation))
 }
 
-/// The settings that points beside their targets check: errors of these would have moved a point by more
-/// than its distance may be.
+/// The settings that agreeing points check: errors of these would have moved a point by more than the
+/// tolerance of its distance.
 pub(crate) fn checked_by_survey(
     prepared: &Prepared,
     grid: &PlaneGrid,

@@ -1,4 +1,4 @@
-//! Surveyed points (`[measure] survey`) beside the targets of the image.
+//! Surveyed points (`[measure] survey`), and the targets of the image nearest to them.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub enum SurveyError {
     Points {
         /// The file.
         path: PathBuf,
-        /// The line, what was expected and what was found.
+        /// The line, with the expected and the found content.
         cause: PointsError,
     },
 }
@@ -58,7 +58,7 @@ pub struct NearestTarget {
 /// Reads the points of a file; none where no file is named.
 ///
 /// # Errors
-/// A file that cannot be read, or a line of it that is no point.
+/// An unreadable file, or a line of it that holds no point.
 pub fn read_survey(path: Option<&Path>) -> Result<Vec<SurveyedPoint>, SurveyError> {
     let Some(path) = path else {
         return Ok(Vec::new());
@@ -73,7 +73,7 @@ pub fn read_survey(path: Option<&Path>) -> Result<Vec<SurveyedPoint>, SurveyErro
     })
 }
 
-/// Every point beside the target nearest to it.
+/// Every point with the target nearest to it.
 #[must_use]
 pub fn compared(points: &[SurveyedPoint], targets: &[Target]) -> Vec<SurveyRecord> {
     let record = |point: &SurveyedPoint| {

@@ -1,4 +1,4 @@
-//! How far a target may stand from its true place, from what positions and clocks say of themselves.
+//! Uncertainty of a target's place, by the stated errors of positions and clocks.
 
 use std::ops::Range;
 
@@ -15,15 +15,15 @@ pub(crate) struct PlaceSigma {
     pub across_m: f64,
 }
 
-/// The deviation of a target's place, by the geometry at the point of the track that is nearest to it;
-/// none where the positions do not tell their own.
+/// The deviation of a target's place, by the geometry at the point of the track that is nearest to it; none
+/// where the positions state no errors.
 ///
-/// Positions shift the image as a whole. A height that is off by σ displaces a target at horizontal
-/// distance y from a track of height h from y to √(y² + 2hσ) (Eq. (14) of Catapano et al. 2020): by
-/// hσ/y beside the track, by √(2hσ) under it. A clock offset that was searched or recorded moves targets
-/// along the track by its own deviation times the speed. A delay that was searched counts as the range that
-/// its deviation makes. Without recorded attitudes the platform tilts about the course: the lever arm then
-/// moves the radar sideways by its vertical part and in height by its horizontal part.
+/// Errors of the positions shift the image as a whole. A height error σ displaces a target at horizontal
+/// distance y from a track of height h from y to √(y² + 2hσ) (Eq. (14) of Catapano et al. 2020): by hσ/y to
+/// the side of the track, by √(2hσ) under it. An estimated or recorded clock offset moves targets along the
+/// track by its deviation times the speed. An estimated delay contributes its deviation as range. Without
+/// recorded attitudes the platform tilts about the course: the lever arm then moves the radar sideways by its
+/// vertical part and in height by its horizontal part.
 pub(crate) fn place_sigma(prepared: &Prepared, target: &Target) -> Option<PlaceSigma> {
     let aligned = &prepared.aligned;
     let away_m = |p: &[f64; 3]| (p[0] - target.x_m).hypot(p[1] - target.y_m);
@@ -58,7 +58,7 @@ pub(crate) fn place_sigma(prepared: &Prepared, target: &Target) -> Option<PlaceS
     })
 }
 
-/// Deviation of a track's clock offset, where it was searched or recorded (s); 0 of one that was stated.
+/// Deviation of a track's clock offset, where it was estimated or recorded (s); 0 for a stated offset.
 fn clock_sigma_s(track: &Track) -> f64 {
     let searched_s = track.search.as_ref().map(|s| s.estimate.sigma_s);
     let recorded_s = track.recorded_clock.as_ref().map(|clock| clock.sigma_s);
@@ -70,11 +70,12 @@ fn delay_sigma_s(track: &Track) -> f64 {
     track.delay.as_ref().map_or(0.0, |found| found.sigma_s)
 }
 
-/// Tilt of a multirotor that no attitude tells, and its nose beside the course (rad): 5° in a wind, and 3°.
+/// Tilt of a multirotor without recorded attitudes, and angle between its nose and the course (rad): 5° in a
+/// wind, and 3°.
 const TILT_SIGMA_RAD: f64 = 0.087;
 const HEADING_SIGMA_RAD: f64 = 0.052;
 
-/// What tilts and headings that are not recorded make of a track's lever arm: horizontally and in height (m).
+/// Displacement by a track's lever arm under unrecorded tilts and headings: horizontally and in height (m).
 fn lever_arm_sigma_m(track: &Track) -> [f64; 2] {
     if track.has_attitude() {
         return [0.0; 2];
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn heights_displace_targets_as_equation_14_has_it() {
-        // Under the track √(2hσ), beside it hσ/y.
+        // Under the track √(2hσ), to its side hσ/y.
         assert!((displacement_m(0.0, 4.0, 0.01) - 0.08_f64.sqrt()).abs() < 1e-12);
         assert!((displacement_m(5.0, 10.0, 0.001) - 0.002).abs() < 1e-6);
     }

@@ -14,7 +14,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibrate, module)?)
 }
 
-/// What `acerra calibrate --json` says, with the keys that a campaign file takes from it, as JSON.
+/// Output of `acerra calibrate --json`, with the keys for a campaign file, as JSON.
 #[pyfunction]
 fn calibrate(
     py: Python<'_>,

@@ -29,7 +29,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(prepare_arrays, module)?)
 }
 
-/// A campaign: which logs, how they fit together, which image is wanted.
+/// A campaign: its logs, how they belong together, and the image to make.
 #[pyclass(frozen, module = "acerra._native")]
 pub struct Campaign {
     name: String,
@@ -53,7 +53,7 @@ impl Campaign {
         Self::parse(&toml_of(tables)?, folder, name)
     }
 
-    /// What the campaign is called.
+    /// Name of the campaign.
     #[getter]
     fn name(&self) -> &str {
         &self.name
@@ -64,7 +64,7 @@ impl Campaign {
         crate::prepared::to_json(&self.campaign)
     }
 
-    /// Reads, positions, aligns and cleans; corrects the positions where `[autofocus]` says so.
+    /// Reads, positions, aligns and cleans; corrects the positions where `[autofocus]` enables it.
     fn prepare(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Prepared> {
         work::run(py, progress.as_ref(), |control| {
             let mut journal = Journal::default();
@@ -73,7 +73,7 @@ impl Campaign {
         })
     }
 
-    /// Prepares, images, measures and weighs; writes nothing.
+    /// Prepares, images, measures and judges; writes no file.
     fn run(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Run> {
         work::run(py, progress.as_ref(), |control| {
             let (mut journal, mut sink) = (Journal::default(), MemorySink::default());
@@ -87,7 +87,7 @@ impl Campaign {
     }
 }
 
-/// What `acerra focus` does: runs a campaign file and writes its products.
+/// As `acerra focus`: runs a campaign file and writes its products.
 #[pyfunction]
 fn focus(
     py: Python<'_>,
@@ -110,7 +110,7 @@ enum SampleArray<'py> {
 }
 
 impl SampleArray<'_> {
-    /// The samples, and how many traces they make.
+    /// The samples, and the number of traces in them.
     fn samples(&self) -> PyResult<(Samples, usize)> {
         Ok(match self {
             Self::Real(v) => (Samples::Real(v.as_slice()?.to_vec()), shape2(v)[0]),
@@ -194,7 +194,7 @@ fn prepare_in_memory(
     weighed(prepared, campaign, journal, control)
 }
 
-/// Files that a campaign of arrays would not read are no part of it.
+/// Files that a campaign of arrays would not read are left out.
 fn refuse_files(campaign: &acerra_chain::campaign::Campaign) -> Result<(), Failure> {
     let named = [
         ("gnss", campaign.gnss.is_some()),
@@ -215,7 +215,7 @@ fn refuse_files(campaign: &acerra_chain::campaign::Campaign) -> Result<(), Failu
     }
 }
 
-/// Prepared spectra with what they say of the settings.
+/// Prepared spectra, with the findings on the settings.
 fn weighed(
     mut prepared: acerra_chain::Prepared,
     campaign: &acerra_chain::campaign::Campaign,

@@ -32,10 +32,10 @@ exceptions! {
     AlignError(AcerraError): "Radar and positions that do not fit together.",
     CleanError(AcerraError): "Traces that cannot be cleaned.",
     ImagingError(AcerraError): "Data or pixels that cannot be imaged.",
-    EvidenceError(AcerraError): "What was found contradicts the settings.",
+    EvidenceError(AcerraError): "The findings contradict the settings.",
 }
 
-/// A failure on its way to Python.
+/// A failure to be raised in Python.
 #[derive(Debug)]
 pub enum Failure {
     /// The caller asked to stop.

@@ -18,7 +18,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(adjoint, module)?)
 }
 
-/// The image `[rows, columns]`, or `[slices, rows, columns]`, and what the planner did, as JSON.
+/// The image `[rows, columns]`, or `[slices, rows, columns]`, and the planner's report, as JSON.
 #[pyfunction]
 fn adjoint<'py>(
     py: Python<'py>,
@@ -85,8 +85,8 @@ fn image_on(
     }
 }
 
-/// Memory and time that `adjoint` would take on a grid, as JSON; of a volume by its lowest slice. The
-/// time is that of one run with all threads, measured on samples.
+/// Memory and time of `adjoint` on a grid, as JSON; for a volume by its lowest slice. The time is that of one
+/// run with all threads, estimated from samples.
 #[pyfunction]
 fn promise<'py>(
     py: Python<'py>,

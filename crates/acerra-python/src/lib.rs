@@ -4,8 +4,9 @@
 //! acerra (Python: xarray, checks, plots) ──NumPy arrays, JSON──► _native ──► acerra-chain, -imaging, …
 //! ```
 //!
-//! Functions take contiguous arrays of the right type, which the Python side makes, and give arrays
-//! or JSON. Long work runs without the interpreter's lock (module `work`), hears Ctrl-C and reports progress.
+//! Functions accept contiguous arrays of the right type, which the Python side makes, and return arrays or
+//! JSON. Long work runs without the interpreter's lock (module `work`), is cancelled by Ctrl-C and reports
+//! progress.
 
 mod arrays;
 mod calibration;

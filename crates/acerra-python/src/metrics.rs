@@ -15,7 +15,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(measure, module)?)
 }
 
-/// Targets, levels and what became of the maxima of an image on a plane, as JSON.
+/// Targets, levels and the fate of the maxima of an image on a plane, as JSON.
 #[pyfunction]
 fn measure<'py>(
     py: Python<'py>,

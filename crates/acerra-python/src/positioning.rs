@@ -18,8 +18,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(ppk, module)?)
 }
 
-/// What `acerra ppk` takes from RTKLIB's settings, or uses without any; and the settings that are not
-/// followed.
+/// Settings of `acerra ppk` from RTKLIB's settings, or its defaults; and the settings that are not followed.
 fn settled(settings: Option<&str>) -> Result<(PpkOptions, ConfInputs, Vec<String>), Failure> {
     let Some(settings) = settings else {
         return Ok((PpkOptions::default(), ConfInputs::default(), Vec::new()));
@@ -29,7 +28,7 @@ fn settled(settings: Option<&str>) -> Result<(PpkOptions, ConfInputs, Vec<String
     Ok((conf.options.guarded(), conf.inputs, not_followed.collect()))
 }
 
-/// The trajectory as arrays, and what `acerra ppk --json` says.
+/// The trajectory as arrays, and the output of `acerra ppk --json`.
 #[pyfunction]
 fn ppk<'py>(
     py: Python<'py>,

@@ -13,7 +13,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{positions, rows3, values};
 use crate::errors::Failure;
 
-/// Positions as Python gives them: of each trace, or a trajectory with times of its own.
+/// Positions from Python: one for each trace, or a trajectory with separate times.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct PositionArrays<'py> {

@@ -47,9 +47,9 @@ impl Held {
 pub struct Prepared {
     /// The spectra.
     pub held: Held,
-    /// How its images are made, unless asked otherwise.
+    /// Defaults of its images.
     pub defaults: FocusOptions,
-    /// What was found of the settings.
+    /// Findings on the settings.
     pub findings: Vec<Finding>,
     /// What the stages noticed.
     pub warnings: Vec<String>,
@@ -109,7 +109,7 @@ impl Prepared {
         positions(py, &self.held.prepared().aligned.position_m)
     }
 
-    /// Standard deviations of the places, `[traces, 3]` (m); none where they are not stated.
+    /// Standard deviations of the places, `[traces, 3]` (m); none where they are unknown.
     #[getter]
     fn sigma_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let sigma_m = &self.held.prepared().aligned.sigma_m;
@@ -158,7 +158,7 @@ impl Prepared {
         Ok(PyArray1::from_vec(py, weights))
     }
 
-    /// How images are made unless asked otherwise, as JSON.
+    /// Defaults of images, as JSON.
     #[getter]
     fn defaults(&self) -> String {
         let options = &self.defaults;
@@ -234,7 +234,7 @@ impl Prepared {
         radargram_arrays(py, radargram).map(Some)
     }
 
-    /// What was found of the settings, as JSON.
+    /// Findings on the settings, as JSON.
     #[getter]
     fn findings(&self) -> PyResult<String> {
         to_json(&self.findings)

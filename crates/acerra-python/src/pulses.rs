@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{rows3, shape2, values};
 
-/// Where pulses were sent, at which frequencies, and what each counts.
+/// Places of the pulses, their frequencies, and their weights.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Antennas<'py> {
@@ -32,7 +32,7 @@ impl Antennas<'_> {
         values(&self.weight)
     }
 
-    /// The same with the spectra measured: a row for each position, a column for each frequency.
+    /// These pulses with measured spectra: a row for each position, a column for each frequency.
     pub fn with_spectrum<'a>(
         &'a self,
         spectrum: &'a PyReadonlyArray2<'_, Complex64>,

@@ -105,7 +105,7 @@ impl Run {
         origin_deg_m(self.outcome.prepared.first().positions.frame())
     }
 
-    /// What was found of the settings, as JSON.
+    /// Findings on the settings, as JSON.
     #[getter]
     fn findings(&self) -> PyResult<String> {
         to_json(&self.outcome.evidence.findings())

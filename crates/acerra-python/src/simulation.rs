@@ -21,8 +21,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan_flight, module)?)
 }
 
-/// Writes the logs of a simulated flight and its campaign into `directory`; what was written, as
-/// JSON. The scene is the text of its file, or its tables as JSON.
+/// Writes the logs of a simulated flight and its campaign into `directory`; returns a summary as JSON. The
+/// scene is the text of its file, or its tables as JSON.
 #[pyfunction]
 fn simulate(
     py: Python<'_>,

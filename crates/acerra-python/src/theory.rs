@@ -1,4 +1,4 @@
-//! What a flight can resolve, and what position errors do to it.
+//! Resolution of a flight, and effects of position errors.
 
 use acerra_imaging::Complex32;
 use acerra_imaging::psf::{Analysis, PointSpread, psf_image};
@@ -93,8 +93,8 @@ impl Spread {
         })
     }
 
-    /// What position errors of `sigma_m` (one row a pulse) do to the image of a unit point, as JSON;
-    /// errors alike over `correlation_m` of the path, or new at every pulse.
+    /// Effect of position errors of `sigma_m` (one row a pulse) on the image of a unit point, as JSON; errors
+    /// are correlated over `correlation_m` of the path, or independent at every pulse.
     fn blur(
         &self,
         py: Python<'_>,

@@ -10,10 +10,10 @@ use pyo3::prelude::*;
 
 use crate::errors::Failure;
 
-/// How often Ctrl-C is looked for and progress is reported.
+/// Interval of checks for Ctrl-C and of progress reports.
 const POLL: Duration = Duration::from_millis(50);
 
-/// The step under way, as the working threads leave it for the interpreter's.
+/// Progress of the current step, from the working threads to the interpreter's.
 #[derive(Default)]
 struct Seen {
     step: Mutex<(String, u64)>,
@@ -41,7 +41,7 @@ impl Progress for Seen {
 
 impl Seen {
     /// Calls `progress(step, done, total)`, once a step has begun.
-    fn tell(&self, py: Python<'_>, progress: &Py<PyAny>) -> PyResult<()> {
+    fn report(&self, py: Python<'_>, progress: &Py<PyAny>) -> PyResult<()> {
         let Ok(step) = self.step.lock().map(|step| step.clone()) else {
             return Ok(());
         };
@@ -53,8 +53,8 @@ impl Seen {
     }
 }
 
-/// Runs `work` on a thread of its own while the caller's looks for signals and calls `progress`. An
-/// exception of either cancels the work and is raised.
+/// Runs `work` on a separate thread while the caller's checks for signals and calls `progress`. An exception
+/// of either cancels the work and is raised.
 pub fn run<T: Send>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
@@ -75,11 +75,11 @@ pub fn run<T: Send>(
             let mut interrupted = None;
             while finished.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
                 if interrupted.is_none() {
-                    let told = Python::attach(|py| {
+                    let polled = Python::attach(|py| {
                         py.check_signals()?;
-                        progress.map_or(Ok(()), |progress| seen.tell(py, progress))
+                        progress.map_or(Ok(()), |progress| seen.report(py, progress))
                     });
-                    if let Err(error) = told {
+                    if let Err(error) = polled {
                         cancel.store(true, Ordering::Relaxed);
                         interrupted = Some(error);
                     }
@@ -93,7 +93,7 @@ pub fn run<T: Send>(
         })
     })?;
     if let Some(progress) = progress {
-        seen.tell(py, progress)?;
+        seen.report(py, progress)?;
     }
     Ok(outcome)
 }

@@ -1,33 +1,32 @@
-//! The even clock underneath whole-millisecond radio time stamps.
+//! Reconstruction of the radio's even clock from time stamps in whole milliseconds.
 //!
-//! The radio starts scans evenly but stamps them in whole milliseconds, so neighbouring stamps
-//! differ by 21 or 22 ms where the interval is 21.573 ms. Scans are numbered (by the radio's own
-//! running number where it counts scans, else by the stamps), a line is fitted through the stamps
-//! over those numbers, and the line gives the times. Lost scans are whole multiples of the
-//! interval; a pause, or anything else that moves the stamps off the line, begins a new stretch
-//! with a line of its own. Where no such lines hold, the stamps themselves are kept and
-//! the report says so.
+//! The radio starts scans evenly but stamps them in whole milliseconds, so neighbouring stamps differ by 21
+//! or 22 ms where the interval is 21.573 ms. Scans are numbered (by the radio's own running number where it
+//! counts scans, else by the stamps), a line is fitted through the stamps over those numbers, and the line
+//! gives the times. Lost scans are whole multiples of the interval; a pause, or any other departure of the
+//! stamps from the line, begins a new stretch with a separate line. Where no such lines fit, the stamps
+//! themselves are kept and the report states it.
 
-/// Spread of the error that rounding to whole milliseconds makes, ms.
+/// Spread of the error by rounding to whole milliseconds, ms.
 const QUANTISATION_RMS_MS: f64 = 0.288_675_134_594_812_9;
-/// How far a stamp may be from its line, ms: half a millisecond of rounding and as much again
-/// for the radio's own delay in stamping.
+/// Largest distance of a stamp from its line, ms: half a millisecond of rounding and as much again for the
+/// radio's delay in stamping.
 const TOLERANCE_MS: f64 = 1.0;
-/// Scans a stretch needs for an interval of its own.
+/// Scans that a stretch needs for its own interval.
 const OWN_INTERVAL: usize = 32;
 /// Fewer scans than this to a stretch, on average, and the clock is not even.
 const EVEN_STRETCH: usize = 16;
 
-/// What the times of traces rest on.
+/// Source of the times of traces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ClockBasis {
     /// An even clock recovered from the radio's stamps.
     EvenRadioClock,
     /// The radio's stamps as they are (whole milliseconds): intervals are uneven.
     RadioStamps,
-    /// The logging computer's clock: the radio's stamps stand still.
+    /// The logging computer's clock: the radio's stamps do not advance.
     HostClock,
-    /// The trace's number, in seconds: nothing else is known.
+    /// The trace's number, in seconds: without any clock.
     TraceNumber,
 }
 
@@ -70,7 +69,7 @@ pub struct RadioClock {
     pub residual_rms_s: f64,
     /// Largest such difference, s. Rounding alone gives 0.5 ms.
     pub residual_max_s: f64,
-    /// Stamps that are off a line which those before and after agree on.
+    /// Number of stamps off a line that fits the stamps before and after.
     pub stray_stamps: usize,
     /// Whether the radio's millisecond counter passed 2³².
     pub wrapped: bool,
@@ -173,7 +172,7 @@ fn number_scans(ids: &[u16], stamps: &[f64]) -> (Vec<f64>, Numbering) {
         };
         number += if by_id {
             let step = f64::from(step);
-            // More than 65 536 lost scans leave whole turns that only the stamps show.
+            // More than 65 536 lost scans leave whole turns of the counter that only the stamps show.
             step + (((by_stamp - step) / 65_536.0).round() * 65_536.0).max(0.0)
         } else {
             by_stamp.max(1.0)
@@ -191,10 +190,10 @@ fn number_scans(ids: &[u16], stamps: &[f64]) -> (Vec<f64>, Numbering) {
     )
 }
 
-/// Usual interval from intervals alone, ms: finer than any one of them, so that the number of
-/// scans lost in a long gap can be detected.
+/// Usual interval from intervals alone, ms: more precise than any single interval, so that the number of
+/// scans lost in a long gap can be determined.
 fn pooled_interval(intervals: &[f64]) -> f64 {
-    /// Multiples counted safely with the first guess of the interval.
+    /// Multiples that the first estimate of the interval determines uniquely.
     const NEAR: f64 = 6.0;
     let middle = median(intervals.to_vec());
     let single = intervals.iter().filter(|d| (**d - middle).abs() <= 1.0);
@@ -291,7 +290,7 @@ impl Line {
         self.sxx - self.sx * self.sx / self.n
     }
 
-    /// Slope, or `fallback` while the points do not give one to be relied on.
+    /// Slope, or `fallback` while the points do not determine a reliable one.
     fn slope(&self, fallback: f64) -> f64 {
         let spread = self.spread();
         if self.n >= 3.0 && spread > 0.0 {
@@ -394,7 +393,7 @@ struct Stamped<'a> {
     numbers: &'a [f64],
     /// Radio time, ms.
     stamps: &'a [f64],
-    /// Stamps that belong to no stretch of even clock.
+    /// Number of stamps outside every stretch of even clock.
     strays: &'a [bool],
     median_ms: f64,
 }

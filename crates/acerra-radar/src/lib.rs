@@ -13,9 +13,9 @@
 //! | MRM-RET text log ([`ret`]) | all events | configuration, control, scans | event names in its first lines |
 //! | neutral NPZ ([`npz`]) | `data` or `spectrum`, any number type | yes | ZIP signature |
 //!
-//! Readers stream, hand on whole scans only, report what they skip ([`ReadReport`]), and allocate
-//! nothing for what a header merely claims ([`Limits`]). Long operations can be stopped and report
-//! their progress ([`Control`]).
+//! Readers stream, deliver whole scans only, report skipped data ([`ReadReport`]), and allocate memory only
+//! for data that are present, whatever sizes a header claims ([`Limits`]). Long operations can be cancelled
+//! and report their progress ([`Control`]).
 //!
 //! From a file to spectra, with the height of each trace known:
 //!

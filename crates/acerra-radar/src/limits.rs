@@ -1,7 +1,7 @@
-//! Bounds on what an untrusted file may make a reader hold in memory.
+//! Bounds on the memory that an untrusted file may make a reader hold.
 
-/// Limits of the readers. The defaults admit every flight a small drone can make and refuse files
-/// that only claim to be large.
+/// Limits of the readers. The defaults admit every flight of a small drone and refuse files that only claim
+/// to be large.
 ///
 /// ```
 /// let limits = acerra_radar::Limits::default().with_max_samples(1_000_000);
@@ -29,14 +29,14 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The same with another number of samples held from one file.
+    /// These limits with another number of samples held from one file.
     #[must_use]
     pub const fn with_max_samples(mut self, max_samples: usize) -> Self {
         self.max_samples = max_samples;
         self
     }
 
-    /// The same with another length of a line, bytes.
+    /// These limits with another length of a line, bytes.
     #[must_use]
     pub const fn with_max_line_bytes(mut self, max_line_bytes: usize) -> Self {
         self.max_line_bytes = max_line_bytes;

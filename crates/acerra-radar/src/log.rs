@@ -1,4 +1,4 @@
-//! A radar log: every whole scan of a file, with its configurations and the account of reading.
+//! A radar log: every whole scan of a file, with its configurations and the report of the reader.
 
 use std::fmt;
 use std::io;
@@ -27,10 +27,10 @@ impl fmt::Display for LogFormat {
     }
 }
 
-/// A configuration met in a log.
+/// A configuration in a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConfigEvent {
-    /// Number of whole scans before it.
+    /// Number of whole scans before the configuration.
     pub before_scan: usize,
     /// The configuration.
     pub config: RadarConfig,
@@ -41,17 +41,17 @@ pub struct ConfigEvent {
 pub struct RadarLog {
     /// Kind of log.
     pub format: LogFormat,
-    /// Configurations, in the order met.
+    /// Configurations, in the order of the file.
     pub configs: Vec<ConfigEvent>,
-    /// Interval between scans that was asked of the radio, µs (0: as fast as possible).
+    /// Interval between scans that the radio was set to, µs (0: as fast as possible).
     pub requested_interval_us: Option<u32>,
     /// Whole scans, in the order in which they began.
     pub scans: Vec<Scan>,
-    /// What was met, skipped and missing.
+    /// Records read, skipped and missing.
     pub report: ReadReport,
 }
 
-/// Why a log could not be read at all.
+/// Why a log could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -61,7 +61,7 @@ pub enum ReadError {
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
-    /// The content is of no known kind.
+    /// The content is of unknown kind.
     #[error(
         "not a radar file: expected an MRM capture, an MRM-RET text log or an NPZ archive, found \
          {found}"
@@ -76,10 +76,10 @@ pub enum ReadError {
          big-endian"
     )]
     WrongEndian {
-        /// Where the first such message is.
+        /// Place of the first such message.
         place: Place,
     },
-    /// The first message contradicts itself and nothing sound follows near it.
+    /// The first message is inconsistent and no valid message follows nearby.
     #[error("{place}: SCAN_INFO header: {fault}")]
     BadHeader {
         /// Where it is.
@@ -87,7 +87,7 @@ pub enum ReadError {
         /// What is wrong.
         fault: HeaderFault,
     },
-    /// Nothing whole in the file.
+    /// No whole scan in the file.
     #[error("no whole scan in the file{}", first_blemish(.report))]
     NoScans {
         /// What was met.
@@ -96,7 +96,7 @@ pub enum ReadError {
     /// More samples than the limit.
     #[error("{place}: more than {limit} samples in the file (the reader's limit)")]
     Limit {
-        /// Where the limit was passed.
+        /// Place at which the limit was exceeded.
         place: Place,
         /// The limit.
         limit: usize,
@@ -111,7 +111,7 @@ fn first_blemish(report: &ReadReport) -> String {
         .unwrap_or_default()
 }
 
-/// Gathers what a reader of either kind finds.
+/// Collects the scans of a reader of either kind.
 pub(crate) struct LogBuilder {
     log: RadarLog,
     samples: usize,

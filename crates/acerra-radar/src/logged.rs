@@ -1,4 +1,4 @@
-//! The clock of a recording: radar time on GPS time, in a file beside the radar log.
+//! The clock of a recording: radar time on GPS time, in a file next to the radar log.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ const LAST_WEEK: i64 = 9999;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoggedClock {
-    /// Version of this file's form.
+    /// Version of the file format.
     pub version: u32,
     /// The radio's number of the first trace.
     pub first_message_id: u16,
@@ -30,27 +30,28 @@ pub struct LoggedClock {
     pub time_offset_s: f64,
     /// Seconds of GPS time in a second of the radio's clock.
     pub rate: f64,
-    /// Standard deviation of a trace's time in the middle of the recording (s), of the stamps alone.
+    /// Standard deviation of a trace's time in the middle of the recording (s), by the stamps alone.
     pub sigma_stamps_s: f64,
-    /// Standard deviation with what is not known of the latencies (s).
+    /// Standard deviation with the uncertainty of the latencies (s).
     pub sigma_s: f64,
     /// Median delay of the radio's messages beyond the shortest (s).
     pub radio_jitter_s: f64,
     /// Median delay of the receiver's epochs beyond the shortest (s).
     pub gnss_jitter_s: f64,
-    /// Latency of the radio that was taken off (s).
+    /// Latency of the radio that was subtracted (s).
     pub radio_latency_s: f64,
-    /// Latency of the receiver (s): as it was stated, or as the pulses measure it.
+    /// Latency of the receiver (s): as stated, or as measured by the pulses.
     pub gnss_latency_s: f64,
-    /// Hardware time marks that the clock rests on; 0 where it rests on times of arrival alone.
+    /// Number of hardware time marks used; 0 where the clock is by times of arrival alone.
     #[serde(default)]
     pub marks: usize,
-    /// Pulses per second of the receiver that GPS time comes from; 0 where it comes with its messages alone.
+    /// Number of pulses per second of the receiver used; 0 where GPS time comes from the receiver's messages
+    /// alone.
     #[serde(default)]
     pub pulses: usize,
 }
 
-/// Why a clock cannot be used.
+/// Why a clock is unusable.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LoggedClockError {
@@ -70,10 +71,10 @@ pub enum LoggedClockError {
         /// What is wrong.
         cause: String,
     },
-    /// The clock is of another log, or of another part of it.
+    /// The clock is of another log, or of another part of the log.
     #[error(
-        "{}: the clock of a recording that begins with scan {expected:?} (number, ms); the radar log's traces \
-         begin with {found:?}",
+        "{}: the clock belongs to a recording that begins with scan {expected:?} (number, ms); the radar \
+         log's traces begin with {found:?}",
         path.display()
     )]
     OtherLog {
@@ -87,10 +88,10 @@ pub enum LoggedClockError {
 }
 
 impl LoggedClock {
-    /// Version of the file's form.
+    /// Version of the file format.
     pub const VERSION: u32 = 1;
 
-    /// Where the clock of a radar log lies: `flight.clock.json` beside `flight.mrm`.
+    /// Path of the clock of a radar log: `flight.clock.json` next to `flight.mrm`.
     ///
     /// ```
     /// use acerra_radar::LoggedClock;
@@ -103,19 +104,19 @@ impl LoggedClock {
         log.with_extension("clock.json")
     }
 
-    /// The clock as its file has it.
+    /// The clock as written in its file.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Numbers and strings alone: nothing that JSON cannot hold but what is not finite, which is
-        // written as null and refused when read.
+        // Numbers and strings alone, which JSON can hold; a number that is not finite is written as null and
+        // refused when read.
         let text = serde_json::to_string_pretty(self).unwrap_or_default();
         format!("{text}\n")
     }
 
-    /// Reads the clock beside a radar log; `None` where there is none.
+    /// Reads the clock next to a radar log; `None` without one.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no clock.
+    /// A file that cannot be read, or that holds no clock.
     pub fn beside(log: &Path) -> Result<Option<Self>, LoggedClockError> {
         let path = Self::path_beside(log);
         let failed = |cause| LoggedClockError::Io {
@@ -154,17 +155,15 @@ impl LoggedClock {
             && clock.sigma_s >= 0.0
             && clock.sigma_s.is_finite();
         if !is_sound {
-            return Err(
-                "found a rate, a week, an offset or a deviation that no clock has".to_owned(),
-            );
+            return Err("found an impossible rate, week, offset or deviation".to_owned());
         }
         Ok(clock)
     }
 
-    /// Whether the clock is that of these traces.
+    /// Whether the clock belongs to these traces.
     ///
     /// # Errors
-    /// [`LoggedClockError::OtherLog`] where it is of others; `log` names the radar log.
+    /// [`LoggedClockError::OtherLog`] where the clock belongs to other traces; `log` names the radar log.
     pub fn check_traces(
         &self,
         log: &Path,
@@ -183,7 +182,7 @@ impl LoggedClock {
         })
     }
 
-    /// Puts the times of a radargram, seconds of the radio's clock, on seconds of GPS time.
+    /// Converts the times of a radargram from seconds of the radio's clock to seconds of GPS time.
     pub fn scale(&self, made: &mut LogRadargram) {
         for time_s in &mut made.radargram.time_s {
             *time_s *= self.rate;
@@ -226,7 +225,7 @@ mod tests {
             ("{}".to_owned(), "missing field"),
             (
                 clock.to_json().replace("0.99998", "1.99998"),
-                "that no clock has",
+                "found an impossible",
             ),
             (
                 clock.to_json().replace("\"version\": 1", "\"version\": 2"),

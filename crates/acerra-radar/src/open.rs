@@ -11,7 +11,7 @@ use crate::npz::{self, NeutralFile, NpzError};
 use crate::report::Place;
 use crate::ret;
 
-/// Bytes looked at to recognise a file. Several messages, so that a damaged first one does no harm.
+/// Bytes read to recognise a file. Several messages, so that a damaged first message has no effect.
 const HEAD_BYTES: u64 = 1 << 15;
 
 /// A radar file of any kind this crate reads.
@@ -23,11 +23,11 @@ pub enum RadarFile {
     Neutral(NeutralFile),
 }
 
-/// Why a file could not be read, whatever its kind.
+/// Why a file of any kind could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// As a log, or not recognised.
+    /// As a log, or as a file of unknown kind.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// As an NPZ archive.
@@ -92,7 +92,7 @@ pub fn read(mut reader: impl Read + Seek, limits: &Limits) -> Result<RadarFile, 
     }
 }
 
-/// Kinds of file that are no radar log, by their first bytes.
+/// Kinds of files that are not radar logs, by their first bytes.
 const FOREIGN: [(&[u8], &str); 14] = [
     (b"\x89PNG\r\n\x1a\n", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
@@ -113,7 +113,7 @@ const FOREIGN: [(&[u8], &str); 14] = [
     (b"\x7fELF", "a program"),
 ];
 
-/// What a file of another kind is, as its first bytes show.
+/// Kind of a file that is not a radar log, by its first bytes.
 fn foreign_kind(head: &[u8]) -> Option<&'static str> {
     let known = FOREIGN.iter().find(|(mark, _)| head.starts_with(mark));
     known

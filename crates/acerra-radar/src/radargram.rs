@@ -1,4 +1,4 @@
-//! Traces × fast time: the matrix that cleaning works on.
+//! Radargram, traces × fast time: the input of the cleaning stages.
 
 use num_complex::{Complex32, Complex64};
 use thiserror::Error;
@@ -61,7 +61,7 @@ impl Samples {
     }
 }
 
-/// Why numbers do not make a radargram.
+/// Why numbers are no valid radargram.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RadargramError {
@@ -80,7 +80,7 @@ pub enum RadargramError {
     Length {
         /// Which vector.
         what: &'static str,
-        /// Length the shape asks for.
+        /// Length by the shape.
         expected: usize,
         /// Length found.
         found: usize,
@@ -107,7 +107,7 @@ pub enum RadargramError {
         /// Frequency found, Hz.
         frequency_hz: f64,
     },
-    /// A trace that does not exist was asked for.
+    /// A trace index beyond the number of traces.
     #[error("trace {index} asked for, but there are only {traces}")]
     NoSuchTrace {
         /// Index asked for.
@@ -305,7 +305,7 @@ impl Radargram {
         )
     }
 
-    /// The same samples with `shift_s` added to the fast-time axis.
+    /// The radargram with `shift_s` added to the fast-time axis.
     #[must_use]
     pub fn shifted(mut self, shift_s: f64) -> Self {
         self.fast_time_start_s += shift_s;

@@ -1,4 +1,4 @@
-//! What a reader met, kept or skipped: nothing is lost silently.
+//! Report of a reader: every record read, kept or skipped.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,10 +6,10 @@ use std::fmt;
 use crate::mrm::HeaderFault;
 use crate::scan::ScanWindow;
 
-/// Blemishes listed one by one; further ones are only counted.
+/// Largest number of blemishes listed; further ones are only counted.
 const LISTED: usize = 1000;
 
-/// Where in a file something is.
+/// Place in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
     /// Byte offset from the file's start.
@@ -27,7 +27,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// One thing wrong with a log, after which reading went on.
+/// One defect of a log, after which reading continued.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blemish {
     /// Where it is.
@@ -37,7 +37,7 @@ pub struct Blemish {
 }
 
 impl Blemish {
-    /// Whether it is no more than the recording's end within a scan: nothing else is missing for it.
+    /// Whether the defect is only that the recording ends within a scan: no other data are missing.
     #[must_use]
     pub fn is_end_of_recording(&self) -> bool {
         matches!(
@@ -59,7 +59,7 @@ impl fmt::Display for Blemish {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum BlemishKind {
-    /// A scan of which not every message came; its samples are not used.
+    /// A scan with missing messages; its samples are not used.
     IncompleteScan {
         /// The scan's number.
         message_id: u16,
@@ -79,16 +79,16 @@ pub enum BlemishKind {
         /// Samples in its messages.
         found: usize,
     },
-    /// A message that had come before; the first one counts.
+    /// A message whose scan and index came before; the first one counts.
     RepeatedMessage {
         /// The scan's number.
         message_id: u16,
         /// The message's index in the scan.
         index: u16,
-        /// Whether both held the same samples; unknown once the scan has been handed on.
+        /// Whether both held the same samples; unknown once the scan has been returned.
         identical: Option<bool>,
     },
-    /// A message that came out of order, and was put in its place.
+    /// A message out of order, sorted into its place.
     OutOfOrder {
         /// The scan's number.
         message_id: u16,
@@ -100,13 +100,13 @@ pub enum BlemishKind {
         /// How many.
         count: u64,
     },
-    /// A message that stops before its end, with the next one behind it or the file's end.
+    /// A message that stops before its end, followed by the next message or the file's end.
     CutOffMessage {
-        /// Bytes of it that are there.
+        /// Number of its bytes.
         found: u64,
     },
-    /// A SCAN_INFO message with samples beyond what the radio can send, or far beyond those of its
-    /// neighbours where no message follows: foreign bytes. It is not used.
+    /// A SCAN_INFO message with samples beyond the radio's range, or far beyond those of its neighbours where
+    /// no message follows: foreign bytes. The message is not used.
     ImplausibleSamples {
         /// The scan's number.
         message_id: u16,
@@ -115,7 +115,7 @@ pub enum BlemishKind {
         /// Largest modulus among the samples.
         largest: u32,
     },
-    /// A SCAN_INFO message that contradicts itself.
+    /// An inconsistent SCAN_INFO message.
     BadHeader(HeaderFault),
     /// The fast-time window changes between scans.
     WindowChanged {
@@ -126,7 +126,7 @@ pub enum BlemishKind {
     },
     /// The radio is configured again.
     Reconfigured,
-    /// The last line has no end; the scan on it is whole by its own count and kept.
+    /// The last line has no line end; its scan is complete by its sample count and kept.
     UnterminatedLine,
     /// The last line is cut off.
     CutOffLine,
@@ -192,7 +192,7 @@ impl fmt::Display for BlemishKind {
                 };
                 write!(
                     f,
-                    "scan {message_id}: message {index} repeated{how}; the first counts"
+                    "scan {message_id}: message {index} repeated{how}; the first one is used"
                 )
             }
             Self::OutOfOrder { message_id, index } => {
@@ -241,7 +241,7 @@ pub struct ReadReport {
     pub scan_messages: u64,
     /// Scans that are whole.
     pub whole_scans: u64,
-    /// Scans of which something is missing.
+    /// Scans with missing messages or samples.
     pub incomplete_scans: u64,
     /// Messages repeated.
     pub repeated_messages: u64,
@@ -251,7 +251,7 @@ pub struct ReadReport {
     pub unreadable_bytes: u64,
     /// Messages whose samples were foreign bytes.
     pub implausible_messages: u64,
-    /// Other messages or events met, by name.
+    /// Other messages or events, by name.
     pub other_events: BTreeMap<String, u64>,
     /// The first thousand blemishes.
     pub blemishes: Vec<Blemish>,
@@ -266,7 +266,7 @@ impl ReadReport {
         self.blemish_count == 0
     }
 
-    /// Records a blemish and keeps the counts.
+    /// Records a blemish and updates the counts.
     pub(crate) fn add(&mut self, place: Place, kind: BlemishKind) {
         match &kind {
             BlemishKind::IncompleteScan { .. } | BlemishKind::SampleCount { .. } => {

@@ -11,7 +11,7 @@ use crate::scan::{Filtering, Scan, ScanWindow};
 /// Scans that belong together: same radio, filtering, antenna, window and configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What the radio did to the samples.
+    /// Filtering by the radio.
     pub filtering: Filtering,
     /// The fast-time window.
     pub window: ScanWindow,
@@ -21,14 +21,14 @@ pub struct Run {
     pub config: Option<RadarConfig>,
     /// Indices of the scans in [`RadarLog::scans`], in time order.
     pub scans: Vec<usize>,
-    /// Scans that stood in the log later than their time stamps say, and were put in order.
+    /// Scans later in the log than their time stamps, which were sorted.
     pub reordered: usize,
 }
 
-/// Which run of a log becomes the radargram.
+/// Run of a log that becomes the radargram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RunChoice {
-    /// The one with most scans (the first of equals).
+    /// The run with most scans (the first of equals).
     #[default]
     Longest,
     /// The first.
@@ -37,26 +37,26 @@ pub enum RunChoice {
     Number(usize),
 }
 
-/// How a log becomes a radargram. By default raw scans are preferred to band-passed ones and these
-/// to motion-filtered ones, and the longest run is taken.
+/// Selection of the scans that become a radargram. By default raw scans are preferred to band-passed ones and
+/// these to motion-filtered ones, and the longest run is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct RadargramOptions {
-    /// Filtering wanted; `None` prefers raw.
+    /// Requested filtering; `None` prefers raw.
     pub filtering: Option<Filtering>,
-    /// Run wanted among those of that filtering.
+    /// Requested run among those of that filtering.
     pub run: RunChoice,
 }
 
 impl RadargramOptions {
-    /// The same with the filtering wanted.
+    /// This selection with the requested filtering.
     #[must_use]
     pub const fn with_filtering(mut self, filtering: Filtering) -> Self {
         self.filtering = Some(filtering);
         self
     }
 
-    /// The same with the run wanted.
+    /// This selection with the requested run.
     #[must_use]
     pub const fn with_run(mut self, run: RunChoice) -> Self {
         self.run = run;
@@ -64,7 +64,7 @@ impl RadargramOptions {
     }
 }
 
-/// A radargram out of a log, and what it was made from.
+/// A radargram from a log, and its source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogRadargram {
     /// Traces over fast time; time zero is the first trace.
@@ -73,13 +73,13 @@ pub struct LogRadargram {
     pub run: Run,
     /// Its number among the runs of its filtering.
     pub run_number: usize,
-    /// How many runs of its filtering there are.
+    /// Number of runs of its filtering.
     pub runs: usize,
-    /// Whole scans of the log that are not in it (other filterings, other runs).
+    /// Whole scans of the log outside the radargram (other filterings, other runs).
     pub other_scans: usize,
     /// How trace times were found.
     pub clock: RadioClock,
-    /// Host time of each trace, s, where the log has it.
+    /// Host time of each trace, s, where the log holds it.
     pub host_time_s: Option<Vec<f64>>,
 }
 
@@ -87,7 +87,7 @@ pub struct LogRadargram {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// No scan of the wanted filtering.
+    /// No scan of the requested filtering.
     #[error("no {wanted} scan in the log; it holds {present}")]
     NoSuchFiltering {
         /// Filtering wanted.
@@ -96,7 +96,7 @@ pub enum RunError {
         present: String,
     },
     /// No run of that number.
-    #[error("run {wanted} asked for, but the log has {runs} ({filtering})")]
+    #[error("run {wanted} requested, but the log has {runs} ({filtering})")]
     NoSuchRun {
         /// Run wanted.
         wanted: usize,
@@ -105,7 +105,7 @@ pub enum RunError {
         /// Filtering they are of.
         filtering: Filtering,
     },
-    /// The scans make no radargram.
+    /// The scans form no radargram.
     #[error(transparent)]
     Radargram(#[from] RadargramError),
 }
@@ -124,8 +124,8 @@ impl RadarLog {
         self.scans.iter().map(|s| s.filtering).min()
     }
 
-    /// Runs of one filtering, in the log's order. A run ends where the window, the antenna, the
-    /// radio or its configuration changes, or where its clock starts again.
+    /// Runs of one filtering, in the log's order. A run ends where the window, the antenna, the radio or its
+    /// configuration changes, or where the radio's clock restarts.
     #[must_use]
     pub fn runs(&self, filtering: Filtering) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
@@ -163,7 +163,7 @@ impl RadarLog {
         runs
     }
 
-    /// Sorts a run's scans by time stamp, counting those that stood too late.
+    /// Sorts a run's scans by time stamp, counting late ones.
     fn put_in_order(&self, run: &mut Run) {
         let Some(&first) = run.scans.first() else {
             return;
@@ -263,14 +263,14 @@ impl RadarLog {
     }
 }
 
-/// Whether the radio's clock started again between two stamps, rather than wrapped, or ran back a
-/// little because packets overtook each other.
+/// Whether the radio's clock restarted between two stamps, rather than wrapped, or ran back a little because
+/// packets overtook each other.
 fn restarted(before_ms: u32, after_ms: u32) -> bool {
     let forward = after_ms.wrapping_sub(before_ms);
     forward > u32::MAX / 2 && before_ms.wrapping_sub(after_ms) > 1000
 }
 
-/// The radio's clock, or the next best thing where its stamps stand still.
+/// The radio's clock, or the next source where its stamps do not advance.
 fn scan_clock(scans: &[&Scan], host_time_s: Option<&[f64]>) -> RadioClock {
     let ids: Vec<u16> = scans.iter().map(|s| s.message_id).collect();
     let stamps: Vec<u32> = scans.iter().map(|s| s.timestamp_ms).collect();

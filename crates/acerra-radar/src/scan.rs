@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::constants::FAST_TIME_BIN_S;
 
-/// What the radio did to a scan before sending it.
+/// Filtering of a scan by the radio before sending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Filtering {
     /// Raw samples (code 1).
@@ -102,7 +102,7 @@ pub struct Scan {
     pub host_time_s: Option<f64>,
     /// Fast-time window.
     pub window: ScanWindow,
-    /// What the radio did to the samples.
+    /// Filtering by the radio.
     pub filtering: Filtering,
     /// Antenna the scan was received on, as the radio codes it.
     pub antenna_id: u8,

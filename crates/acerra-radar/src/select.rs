@@ -1,15 +1,15 @@
-//! Which traces enter background and image.
+//! Selection of the traces of the background and the image.
 
 use std::ops::Range;
 
-/// How the moving part of a flight is found.
+/// Criteria for the moving part of a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MovingOptions {
     /// Speed from which the platform counts as moving, m/s; `None` takes a quarter of the speed
     /// that is exceeded in one twentieth of the traces.
     pub threshold_m_s: Option<f64>,
-    /// Slower stretches of up to so many traces inside the moving part do not end it.
+    /// Slower stretches of at most this number of traces inside the moving part do not end it.
     pub bridge: usize,
 }
 
@@ -23,14 +23,14 @@ impl Default for MovingOptions {
 }
 
 impl MovingOptions {
-    /// The same with a speed from which the platform counts as moving, m/s.
+    /// These criteria with a speed from which the platform counts as moving, m/s.
     #[must_use]
     pub const fn with_threshold_m_s(mut self, threshold_m_s: f64) -> Self {
         self.threshold_m_s = Some(threshold_m_s);
         self
     }
 
-    /// The same with another number of traces that a halt may last.
+    /// These criteria with another number of traces that a halt may last.
     #[must_use]
     pub const fn with_bridge(mut self, bridge: usize) -> Self {
         self.bridge = bridge;
@@ -40,7 +40,7 @@ impl MovingOptions {
 
 /// The longest stretch of traces over which the platform moves; empty if it never does.
 ///
-/// `speed_m_s` is the platform's speed at each trace; NaN (unknown) counts as standing still.
+/// `speed_m_s` is the platform's speed at each trace; NaN (unknown) counts as at rest.
 ///
 /// ```
 /// use acerra_radar::{MovingOptions, moving_traces};

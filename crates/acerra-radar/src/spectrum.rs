@@ -1,4 +1,4 @@
-//! Traces × frequency: what the adjoint takes.
+//! Spectra, traces × frequency: the input of the adjoint.
 
 use num_complex::Complex64;
 

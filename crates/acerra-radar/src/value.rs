@@ -1,4 +1,4 @@
-//! Real and complex samples behind one small interface, so that each stage is written once.
+//! Real and complex samples through one small interface, so that each stage is written once.
 
 use num_complex::{Complex32, Complex64};
 
@@ -34,7 +34,7 @@ pub(crate) trait InPlace {
     fn run<V: Value>(&self, samples: &mut [V], shape: Shape) -> Result<(), Cancelled>;
 }
 
-/// Traces and samples per trace of what a stage works on.
+/// Numbers of traces and of samples per trace.
 #[derive(Clone, Copy)]
 pub(crate) struct Shape {
     pub traces: usize,
@@ -44,7 +44,7 @@ pub(crate) struct Shape {
 /// Runs a stage over a radargram's samples.
 ///
 /// # Errors
-/// If the stage was stopped; the samples are then of no use.
+/// If the stage was cancelled; the samples are then invalid.
 pub(crate) fn in_place(radargram: &mut Radargram, stage: &impl InPlace) -> Result<(), Cancelled> {
     let shape = Shape {
         traces: radargram.traces,

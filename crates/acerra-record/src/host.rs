@@ -23,7 +23,7 @@ impl HostClock {
         u64::try_from(self.start.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// The instant at which this clock read so many nanoseconds.
+    /// The instant at which this clock read a number of nanoseconds.
     #[must_use]
     pub fn instant(&self, at_ns: u64) -> Instant {
         self.start

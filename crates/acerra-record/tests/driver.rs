@@ -196,7 +196,7 @@ fn a_wrong_port_is_named() {
     let text = error.to_string();
     assert!(
         text.ends_with(
-            "nothing listens there; expected a radio, whose port is 21210 (check address and port)"
+            "no program listens there; expected a radio, whose port is 21210 (check address and port)"
         ),
         "{text}"
     );

@@ -152,7 +152,7 @@ fn a_full_disk_is_named() {
     let error = LogWriter::over_empty(path, full).err().unwrap();
     assert_eq!(
         error.to_string(),
-        "/dev/full: the disk is full; what was written before is kept"
+        "/dev/full: the disk is full; the data written before are kept"
     );
 }
 

@@ -16,7 +16,7 @@ pub enum Value {
     Word(String),
 }
 
-/// One step on the way from the root of a file to a table.
+/// One step on the path from the root of a file to a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
     /// The table of this name; made where it is missing.
@@ -47,7 +47,7 @@ impl Assignment {
         }
     }
 
-    /// The same below a step taken first.
+    /// This path below a step taken first.
     #[must_use]
     pub fn below(mut self, mut way: Vec<Step>) -> Self {
         way.append(&mut self.table);
@@ -78,7 +78,7 @@ pub enum EditError {
     /// The text is not TOML.
     #[error(transparent)]
     Syntax(#[from] TomlError),
-    /// What should be a table is something else, or is missing from a list.
+    /// A value in place of a table, or a list without the entry.
     #[error("{path}: expected a table, found {found}")]
     NotATable {
         /// Where.

@@ -1,5 +1,5 @@
-//! Settings files in TOML, as campaign, scene and plan files are: parsing with the line and column
-//! of what is wrong, and tables of rules for the values.
+//! Settings files in TOML, such as campaign, scene and plan files: parsing errors with line and column, and
+//! tables of rules for the values.
 //!
 //! ```text
 //! text ──parse──► T ──check(table, rules)──► a valid T

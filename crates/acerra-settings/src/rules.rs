@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use thiserror::Error;
 
-/// A value outside what is possible.
+/// A value outside its possible range.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("[{table}] {key}: expected {expected}, found {found}")]
 pub struct ValueError {
@@ -18,14 +18,14 @@ pub struct ValueError {
     pub found: String,
 }
 
-/// One rule of a table: whether the value of a key is possible, and what would be.
+/// One rule of a table: whether the value of a key is possible, and the possible values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rule {
     /// The key.
     pub key: &'static str,
     /// Whether its value is possible.
     pub holds: bool,
-    /// What is possible, in words.
+    /// The possible values, in words.
     pub expected: &'static str,
     /// What the file says.
     pub found: String,
@@ -48,7 +48,7 @@ impl Rule {
         }
     }
 
-    /// The rule that `value` lies in `range`, which `expected` says in words. NaN lies in no range.
+    /// The rule that `value` lies in `range`, which `expected` describes. NaN lies in no range.
     #[must_use]
     pub fn range(
         key: &'static str,
@@ -60,8 +60,8 @@ impl Rule {
     }
 }
 
-/// The rules of a table, one for each key: the predicate that its value satisfies, and what is possible in words.
-/// Values are shown by the format that follows the table.
+/// The rules of a table, one for each key: the predicate that its value satisfies, and the possible values in
+/// words. Values are shown by the format that follows the table.
 ///
 /// ```
 /// use acerra_settings::{given, rules, within};
@@ -114,7 +114,7 @@ pub fn each<T, const N: usize>(predicate: impl Fn(&T) -> bool) -> impl Fn(&[T; N
 /// Refuses the first rule of `table` that does not hold.
 ///
 /// # Errors
-/// [`ValueError`] with what was expected and found.
+/// [`ValueError`] with the expected and the found value.
 pub fn check(table: &'static str, rules: &[Rule]) -> Result<(), ValueError> {
     match rules.iter().find(|rule| !rule.holds) {
         None => Ok(()),

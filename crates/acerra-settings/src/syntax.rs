@@ -1,4 +1,4 @@
-//! Parsing, with the place of what is wrong.
+//! Parsing, with the place of an error.
 
 use serde::de::DeserializeOwned;
 use thiserror::Error;
@@ -47,8 +47,8 @@ fn with_suggestion(message: &str) -> String {
     }
 }
 
-/// Likeness of two names (Jaro and Winkler, 0 to 1) from which one is taken for a slip of the other: that of the
-/// command line's options.
+/// Similarity of two names (Jaro and Winkler, 0 to 1) from which one counts as a misspelling of the other:
+/// that of the command line's options.
 const LEAST_LIKENESS: f64 = 0.8;
 
 /// Line and column, counted from 1, of the start of `span`.

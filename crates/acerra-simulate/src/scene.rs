@@ -1,4 +1,4 @@
-//! The scene file: what is flown, over what, with which instruments.
+//! The scene file: flight, ground and instruments.
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub struct Scene {
     /// Which part of the flight the radar log holds.
     #[serde(default)]
     pub record: Record,
-    /// What the campaign file that is written says of the offset between the clocks.
+    /// Statement of the written campaign file on the offset between the clocks.
     #[serde(default)]
     pub time_offset: OffsetTold,
     /// Points.
@@ -53,7 +53,7 @@ pub struct Scene {
     /// The GNSS receivers; without them the true trajectory is written.
     #[serde(default)]
     pub gnss: Option<GnssModel>,
-    /// Where the base's antenna stands: east, north, up (m).
+    /// Position of the base's antenna: east, north, up (m).
     #[serde(default = "default_base_m")]
     pub base_m: [f64; 3],
     /// GPS time at the start of the flight: year, month, day, hour, minute, second.
@@ -65,7 +65,7 @@ pub struct Scene {
     pub image: SceneImage,
 }
 
-/// `[image]` of a scene file: what the campaign file that is written asks for.
+/// `[image]` of a scene file: image of the written campaign file.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneImage {
@@ -98,7 +98,7 @@ pub enum Record {
     Flight,
 }
 
-/// What a campaign file says of the offset between the clocks.
+/// Statement of a campaign file on the offset between the clocks.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OffsetTold {
@@ -125,7 +125,7 @@ pub enum SceneError {
     /// An image that is no image.
     #[error("[image] {0}")]
     Image(String),
-    /// A value outside what is possible.
+    /// A value outside its possible range.
     #[error(transparent)]
     Value(#[from] ValueError),
     /// Receivers that cannot be.
@@ -177,7 +177,7 @@ impl Scene {
         }
     }
 
-    /// The same scene with its files' relative paths taken to start in `folder`.
+    /// This scene with its files' relative paths resolved in `folder`.
     #[must_use]
     pub fn resolved_in(mut self, folder: &Path) -> Self {
         if let Some(given) = &mut self.trajectory {

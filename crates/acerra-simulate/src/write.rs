@@ -18,7 +18,7 @@ use super::gnss::{GnssError, GnssModel, Setting, constellation, navigation_to_ri
 use super::radar::{lost_packets, simulate_scans};
 use super::scene::{OffsetTold, Record, Scene, SceneError};
 
-/// What was simulated, for those who compare.
+/// The simulation's truth, for comparison.
 #[derive(Clone, Debug)]
 pub struct Simulated {
     /// Scans that the radar made.
@@ -40,7 +40,7 @@ pub struct LogFile {
     pub bytes: Vec<u8>,
 }
 
-/// The files of a simulated campaign, and what was simulated.
+/// The files of a simulated campaign, and the simulation's truth.
 #[derive(Clone, Debug)]
 pub struct SimulatedCampaign {
     /// `radar.mrm`, the GNSS logs (or `trajectory.csv` where the scene has none), `campaign.toml`,

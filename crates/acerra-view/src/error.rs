@@ -1,4 +1,4 @@
-//! What a viewer cannot do: open a run, serve it, answer a request.
+//! Errors of a viewer: opening a run, serving it, answering a request.
 
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ pub enum ViewError {
     /// The address of the server cannot be had.
     #[error("127.0.0.1:{port}: {cause}")]
     Bind {
-        /// The port asked for; 0 for any.
+        /// The requested port; 0 for any.
         port: u16,
         /// What the system says.
         cause: std::io::Error,
@@ -115,7 +115,7 @@ pub enum RequestError {
     /// The data cannot be imaged again.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The settings asked for are impossible.
+    /// The requested settings are impossible.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
     /// A stage of the chain refuses the settings.

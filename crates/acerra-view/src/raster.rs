@@ -1,8 +1,9 @@
 //! Fields of complex values, cut into tiles at every level of a pyramid.
 //!
-//! A tile holds pairs of numbers (real, imaginary), row by row, little-endian: in single precision, or
-//! in half precision for a screen, which shows no more. At level 0 they are the values themselves. At level L a value stands for 2^L × 2^L of them: its square
-//! is their mean power, its phase that of the one in their middle, as a mean of phases means nothing.
+//! A tile holds pairs of numbers (real, imaginary), row by row, little-endian: in single precision, or in
+//! half precision for a screen, which shows no more. Level 0 holds the values themselves. At level L a value
+//! represents 2^L × 2^L of them: its square is their mean power, its phase that of the middle one, as a mean
+//! of phases is meaningless.
 
 use half::f16;
 use num_complex::Complex32;
@@ -68,7 +69,7 @@ pub trait Field: Sync {
     fn at(&self, column: usize, row: usize) -> Complex32;
 }
 
-/// Levels over so many columns and rows, level 0 included.
+/// Levels over a number of columns and rows, level 0 included.
 #[must_use]
 pub fn levels(size: [usize; 2]) -> usize {
     let tiles = size[0].max(size[1]).div_ceil(TILE).max(1);
@@ -167,8 +168,8 @@ impl Pyramid {
 }
 
 impl Level {
-    /// Means of 2 × 2 powers of a level of so many columns and rows; at the upper edges of what there
-    /// is.
+    /// Means of 2 × 2 powers of a level with a number of columns and rows; at the upper edges of the powers
+    /// that exist.
     fn over([columns, rows]: [usize; 2], power: impl Fn(usize, usize) -> f32 + Sync) -> Self {
         let (own_columns, own_rows) = (columns.div_ceil(2), rows.div_ceil(2));
         let mut means = vec![0.0; own_columns * own_rows];

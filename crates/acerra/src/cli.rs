@@ -1,4 +1,4 @@
-//! The command line: what is accepted, how failures are said, which exit code they get.
+//! The command line: accepted arguments, wording of failures, and exit codes.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -30,10 +30,10 @@ use crate::{commands, interrupt, terminal};
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say only what fails or makes the result doubtful: no progress, no notes, no summary.
+    /// Print only failures and doubts about the result: no progress, no notes, no summary.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say what each stage costs.
+    /// Print the cost of each stage.
     #[arg(short, long, global = true)]
     verbose: bool,
 }
@@ -71,7 +71,7 @@ enum Command {
     View(commands::view::Args),
 }
 
-/// Commands by what they are for, each in the order of its use.
+/// Commands by purpose, each group in the order of use.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("First flight", &["demo", "init", "focus", "view", "info"]),
     ("Positions", &["ppk", "calibrate"]),
@@ -107,7 +107,7 @@ fn grouped_help() -> String {
     text + "\nOptions:\n{options}{after-help}"
 }
 
-/// Words in lines that begin at `column`, the first without its indentation.
+/// Words in lines that begin at `column`; the first line is not indented.
 fn indented(words: &str, column: usize) -> String {
     let mut text = String::new();
     let mut at = column;
@@ -157,7 +157,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Handlers for signals, and threads: what fails here fails under a limit on memory or processes.
+/// Handlers for signals, and threads: they fail under a limit on memory or processes.
 fn prepare_process() -> anyhow::Result<()> {
     interrupt::end_on_signals().context("cannot handle signals")?;
     rayon::ThreadPoolBuilder::new()
@@ -190,7 +190,7 @@ impl Command {
 }
 
 impl Reads {
-    /// The failure of a command, or what the file holds where that is data instead of settings.
+    /// The failure of a command, or the kind of the file where it holds data instead of settings.
     fn blamed(&self, failure: anyhow::Error) -> anyhow::Error {
         // A pipe cannot be read twice.
         if !self.file.is_file() || holds_toml(&self.file) {

@@ -13,10 +13,10 @@ use crate::commands::focus::Order;
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
 
-/// How often the page is notified of how far a step has come.
-const TELL_EVERY: Duration = Duration::from_millis(100);
+/// Interval of progress notifications to the page.
+const NOTIFY_EVERY: Duration = Duration::from_millis(100);
 
-/// Tells a live page how the final image comes along.
+/// Reports the progress of the final image to a live page.
 pub struct Shows {
     board: Arc<Board>,
     state: Mutex<State>,
@@ -26,7 +26,7 @@ struct State {
     stage: String,
     step: String,
     total: u64,
-    told: Instant,
+    notified: Instant,
 }
 
 /// A board that reports.
@@ -38,18 +38,18 @@ pub fn shows(board: &Arc<Board>) -> Arc<Shows> {
             stage: String::new(),
             step: String::new(),
             total: 0,
-            told: Instant::now(),
+            notified: Instant::now(),
         }),
     })
 }
 
 impl Shows {
-    fn tell(&self, done: u64, change: impl FnOnce(&mut State) -> bool) {
+    fn notify(&self, done: u64, change: impl FnOnce(&mut State) -> bool) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if !change(&mut state) {
             return;
         }
-        state.told = Instant::now();
+        state.notified = Instant::now();
         #[expect(clippy::cast_precision_loss, reason = "a share that is shown")]
         let share = done as f64 / state.total.max(1) as f64;
         self.board.show_final(Final::Making {
@@ -60,7 +60,7 @@ impl Shows {
     }
 
     fn stage(&self, name: &str) {
-        self.tell(0, |state| {
+        self.notify(0, |state| {
             (state.stage, state.step, state.total) = (name.to_owned(), String::new(), 0);
             true
         });
@@ -76,7 +76,7 @@ struct Both {
 impl Progress for Both {
     fn start(&self, name: &str, total: u64) {
         self.bar.start(name, total);
-        self.page.tell(0, |state| {
+        self.page.notify(0, |state| {
             (state.step, state.total) = (name.to_owned(), total);
             true
         });
@@ -85,7 +85,7 @@ impl Progress for Both {
     fn at(&self, done: u64) {
         self.bar.at(done);
         self.page
-            .tell(done, |state| state.told.elapsed() >= TELL_EVERY);
+            .notify(done, |state| state.notified.elapsed() >= NOTIFY_EVERY);
     }
 
     fn finish(&self) {
@@ -93,7 +93,7 @@ impl Progress for Both {
     }
 }
 
-/// Runs the order as `acerra focus` does; returns what is doubtful about the image.
+/// Runs the order as `acerra focus` does; returns the doubts about the image.
 ///
 /// # Errors
 /// Whatever the chain cannot do; an output that is closed.
@@ -104,12 +104,12 @@ pub fn final_image(
 ) -> anyhow::Result<Vec<String>> {
     let mut journal = Journal::default();
     let bar = Arc::new(Bar::default());
-    let (told, shown) = (Arc::clone(&bar), Arc::clone(page));
+    let (listener, shown) = (Arc::clone(&bar), Arc::clone(page));
     journal.stages.listen(move |event| {
         if let StageEvent::Started(name) = &event {
             shown.stage(name);
         }
-        told.stage(event);
+        listener.stage(event);
     });
     let both = Both {
         bar: Arc::clone(&bar),
@@ -131,6 +131,6 @@ pub fn final_image(
         .as_ref()
         .map(|outcome| outcome.warnings.clone())
         .unwrap_or_default();
-    order.tell(run, &journal, out)?;
+    order.print(run, &journal, out)?;
     Ok(warnings)
 }

@@ -1,9 +1,8 @@
 //! Ending in order on SIGINT, SIGTERM and SIGHUP.
 //!
-//! The process says which signal it got, removes what it has written aside, and exits with 128 plus
-//! the number of the signal, as shells count it: 130, 143 and 129. Products of older runs stay as
-//! they are; a publication that has begun is completed first. Signals that the process was started
-//! to ignore, as under `nohup`, stay ignored.
+//! The process prints the signal's name, removes its staging files, and exits with 128 plus the number of the
+//! signal, as shells do: 130, 143 and 129. Products of older runs are unchanged; a publication that has begun
+//! is completed first. Signals that the process was started to ignore, as under `nohup`, stay ignored.
 
 use std::io;
 #[cfg(unix)]
@@ -15,28 +14,28 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 static STOPS_IN_ORDER: AtomicBool = AtomicBool::new(false);
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Set once the process is asked to end: for libraries that look at such a flag now and then.
+/// Set once the process is asked to end: for libraries that poll such a flag.
 #[must_use]
 pub fn cancel_flag() -> &'static AtomicBool {
     &REQUESTED
 }
 
-/// From now on the first signal sets the flag returned, and the process ends by itself; the second one
-/// ends it at once. For commands that go on until they are asked to stop.
+/// From now on the first signal sets the returned flag, so that the process ends by itself; the second signal
+/// ends the process at once. For commands that run until they are stopped.
 pub fn stop_in_order() -> &'static AtomicBool {
     STOPS_IN_ORDER.store(true, Ordering::SeqCst);
     &STOP
 }
 
-/// The same flag, not set again until the next signal: for commands that have ended their work in order and
-/// go on showing it.
+/// The flag, cleared until the next signal: for commands that have ended their work in order and continue to
+/// show the result.
 pub fn wait_again() -> &'static AtomicBool {
     STOP.store(false, Ordering::SeqCst);
     stop_in_order()
 }
 
-/// Ends the process on the first of the signals from now on. On other systems than Unix their own
-/// way to end holds.
+/// Ends the process on the first of the signals from now on. On systems other than Unix the default behaviour
+/// is unchanged.
 ///
 /// # Errors
 /// The system refuses handlers or threads.
@@ -48,7 +47,7 @@ pub fn end_on_signals() -> io::Result<()> {
         let heard = [SIGINT, SIGTERM, SIGHUP]
             .into_iter()
             .filter(|signal| ignored & (1 << (signal - 1)) == 0);
-        // A write beyond the limit of a file's size fails, and says so, where nothing waits for the signal of it.
+        // A write beyond the limit of a file's size returns an error once its signal is ignored.
         signal_hook::flag::register(SIGXFSZ, Arc::default())?;
         let mut signals = signal_hook::iterator::Signals::new(heard)?;
         std::thread::Builder::new()
@@ -64,8 +63,7 @@ pub fn end_on_signals() -> io::Result<()> {
     Ok(())
 }
 
-/// Waits for the end where the process was asked to end: what fails from then on is not worth a
-/// message.
+/// Blocks where the process was asked to end: later failures need no message.
 pub fn wait_if_ending() {
     while REQUESTED.load(Ordering::SeqCst) {
         std::thread::park();
@@ -90,7 +88,7 @@ fn end(signal: i32) -> ! {
     let name = signal_hook::low_level::signal_name(signal).unwrap_or("a signal");
     // On a terminal a line of progress may be before it.
     let lead = if io::stderr().is_terminal() { "\n" } else { "" };
-    // Nothing is left to report if stderr is closed, as after a hang-up.
+    // If stderr is closed, as after a hang-up, nothing can be reported.
     let _ = writeln!(
         io::stderr(),
         "{lead}acerra: interrupted by {name}; unfinished products were removed"

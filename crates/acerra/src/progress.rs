@@ -1,4 +1,4 @@
-//! Progress of a run on the terminal: the stage, and how far its long steps have come.
+//! Progress of a run on the terminal: the stage, and the progress of its long steps.
 
 use std::fmt::Write as _;
 use std::sync::{Arc, Mutex};
@@ -13,7 +13,7 @@ use crate::terminal;
 const STAGE: &str = "{spinner} {msg} {elapsed}";
 const STEP: &str = "{msg:10} {wide_bar} {percent:>3} %  {rate}  {eta} left";
 
-/// Shows the stage under way, and a bar for each step that counts. Nothing off a terminal.
+/// Shows the current stage, and a bar for each step with a count. Silent without a terminal.
 #[derive(Debug, Default)]
 pub struct Bar {
     shown: Mutex<Shown>,
@@ -30,8 +30,8 @@ impl Bar {
     #[must_use]
     pub fn following(stages: &mut Stages) -> Arc<Self> {
         let bar = Arc::new(Self::default());
-        let told = Arc::clone(&bar);
-        stages.listen(move |event| told.stage(event));
+        let listener = Arc::clone(&bar);
+        stages.listen(move |event| listener.stage(event));
         bar
     }
 
@@ -71,7 +71,7 @@ impl Bar {
             bar.set_style(style.with_key(
                 "rate",
                 |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-                    // An own buffer cannot fail.
+                    // Writing to a buffer in memory cannot fail.
                     let _ = write!(to, "{}/s", with_prefix(state.per_sec()));
                 },
             ));
@@ -108,7 +108,7 @@ impl Progress for Bar {
     }
 }
 
-/// What a stage cost, in words.
+/// Cost of a stage, in words.
 fn cost(stage: &Stage) -> String {
     let mut text = format!("{:<9} {:.2} s", stage.name, stage.seconds);
     if let Some(bytes) = stage.peak_memory_bytes {
@@ -122,7 +122,7 @@ fn cost(stage: &Stage) -> String {
 fn with_prefix(value: f64) -> String {
     const PREFIXES: [&str; 7] = ["", "k", "M", "G", "T", "P", "E"];
     let (mut scaled, mut prefix) = (value, 0);
-    // What would be rounded to 1000 belongs to the next prefix.
+    // A value that would be rounded to 1000 belongs to the next prefix.
     while scaled >= 999.5 && prefix + 1 < PREFIXES.len() {
         scaled /= 1e3;
         prefix += 1;

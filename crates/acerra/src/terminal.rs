@@ -1,4 +1,4 @@
-//! What is said on stderr beside failures, and how much of it.
+//! Messages on stderr other than failures, and verbosity.
 
 use std::io::{IsTerminal, Write};
 use std::sync::OnceLock;
@@ -21,7 +21,7 @@ static VERBOSITY: OnceLock<Verbosity> = OnceLock::new();
 
 /// Settles the verbosity of the process, once.
 pub fn set_verbosity(verbosity: Verbosity) {
-    // A second call changes nothing.
+    // A second call has no effect.
     let _ = VERBOSITY.set(verbosity);
 }
 
@@ -37,24 +37,24 @@ pub fn shows_progress() -> bool {
     verbosity() > Verbosity::Quiet && std::io::stderr().is_terminal()
 }
 
-/// Tells the user something that stops nothing.
+/// Prints a note for the user.
 pub fn note(text: &str) {
     if verbosity() > Verbosity::Quiet {
         say(&format!("note: {text}"));
     }
 }
 
-/// Warns the user of something that makes the result doubtful; said however quiet all else is.
+/// Warns the user of a doubt about the result; printed at every verbosity.
 pub fn warn(text: &str) {
     say(&format!("warning: {text}"));
 }
 
-/// Says why something failed, however quiet all else is.
+/// Prints the cause of a failure; printed at every verbosity.
 pub fn fail(error: &anyhow::Error) {
     say(&failure_text(error));
 }
 
-/// Tells what only those who ask for more want to know.
+/// Prints details, at higher verbosity only.
 pub fn detail(text: &str) {
     if verbosity() == Verbosity::Verbose {
         say(text);
@@ -62,6 +62,6 @@ pub fn detail(text: &str) {
 }
 
 fn say(text: &str) {
-    // Nothing is left to report if stderr is closed.
+    // If stderr is closed nothing can be reported.
     let _ = writeln!(std::io::stderr(), "acerra: {}", plain_text(text));
 }

@@ -109,7 +109,7 @@ fn a_simulated_flight_over_reflectors_is_calibrated_and_its_campaign_written() {
         assert!(arm["observable"] == false || error_m < 0.02, "{arm}");
     }
     let page = fs::read_to_string(products.join("report.html")).unwrap();
-    assert!(page.contains("What the geometry cannot tell") && page.contains("<svg"));
+    assert!(page.contains("What the geometry cannot determine") && page.contains("<svg"));
     assert!(products.join("calibration.json").exists());
     // The campaign keeps its comments and says what was found.
     let text = fs::read_to_string(&file).unwrap();

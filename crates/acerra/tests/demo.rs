@@ -199,7 +199,7 @@ fn the_page_says_what_height_does_at_nadir() {
         "3 cm of height move a target at nadir by 0.5 m",
         "Table 4 of Catapano et al. 2020",
         "track-2/products/report.html",
-        "stand 10.000 m apart",
+        "are 10.000 m apart",
     ] {
         assert!(page.contains(words), "{words}");
     }

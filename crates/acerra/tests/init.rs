@@ -73,7 +73,7 @@ fn raw_logs_become_a_campaign() {
     assert!((latitude - 40.9596).abs() < 2e-4 && (longitude - 14.3696).abs() < 2e-4);
     assert!((height - 76.5).abs() < 15.0, "{height}");
     for said in [
-        "# Found: the rover: its own single-point positions spread over",
+        "# Found: the rover: its single-point positions spread over",
         "# Found: MRM capture,",
         "# frequencies = 341",
         "# x_m = [0.0, 18.0]    # for example",

@@ -350,7 +350,7 @@ fn suspicions_are_said() {
     )
     .success();
     assert!(
-        stderr(&assert).contains("same observations"),
+        stderr(&assert).contains("identical observations"),
         "{}",
         stderr(&assert)
     );

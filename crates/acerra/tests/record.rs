@@ -324,7 +324,7 @@ fn a_recorded_clock_is_taken_where_no_offset_is_stated() {
         loss["explanation"]
             .as_str()
             .unwrap()
-            .contains("recorded clock's"),
+            .contains("by the recorded clock"),
         "{loss}"
     );
 
@@ -432,7 +432,7 @@ fn a_limit_of_file_sizes_is_named() {
     let told = String::from_utf8_lossy(&ended.stderr).into_owned();
     assert_eq!(ended.status.code(), Some(1), "{told}");
     assert!(
-        told.contains("session.log: no longer file is taken here"),
+        told.contains("session.log: the file system accepts no longer file"),
         "{told}"
     );
 }

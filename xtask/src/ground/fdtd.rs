@@ -81,11 +81,11 @@ impl Layer {
     }
 }
 
-/// Fields of a domain and what moves them a step on.
+/// Fields of a domain and their update coefficients.
 pub struct Fields {
     columns: usize,
     rows: usize,
-    /// Of the electric field: what is kept, and what the magnetic field's curl adds.
+    /// For the electric field: the factor of its old value, and that of the magnetic field's curl.
     keep: Vec<f32>,
     gain: Vec<f32>,
     along: Layer,

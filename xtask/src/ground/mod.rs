@@ -1,5 +1,5 @@
-//! Full-wave scenes of the validation book: what a radar above the ground records of buried cylinders, by finite
-//! differences in the time domain, without anything of Acerra's own ray paths.
+//! Full-wave scenes of the validation book: the record of a radar above the ground over buried cylinders, by
+//! finite differences in the time domain, independent of Acerra's ray paths.
 //!
 //! `docs/validation/ground/NAME.json` states a scene ([`scene::Scene`]), `NAME.npz` holds its traces. [`fdtd`] solves
 //! Maxwell's equations in the plane of the flight; traces by gprMax of the same scenes (`gprmax.json`) are compared with

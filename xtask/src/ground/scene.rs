@@ -18,7 +18,7 @@ pub const RECEIVER_CELLS: usize = 15;
 /// Relative permittivity of the buried plastic, without losses.
 const PLASTIC: f64 = 2.5;
 
-/// What a scene's file states. Coordinates in metres: x along the flight, z upwards.
+/// Content of a scene's file. Coordinates in metres: x along the flight, z upwards.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {

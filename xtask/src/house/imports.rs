@@ -8,7 +8,7 @@ use syn::visit::Visit;
 
 use super::modules::{Module, ModulePath, ModuleTree};
 
-/// How often a name may be handed on before it is given up.
+/// Largest number of re-exports of a name that are followed.
 const MAX_HOPS: usize = 8;
 
 /// Pairs of files (importing, imported) of a crate.
@@ -31,7 +31,7 @@ pub fn between_files(tree: &ModuleTree) -> BTreeSet<(PathBuf, PathBuf)> {
     pairs
 }
 
-/// Whether an imported name stands in the module's own code. Traits and globs are used unseen.
+/// Whether an imported name occurs in the module's own code. Traits and globs are used unseen.
 fn is_used(module: &Module, used: &[String], paths: &Paths) -> bool {
     let name = module
         .uses
@@ -119,7 +119,7 @@ fn start<'a>(
     }
 }
 
-/// Paths of more than one word that stand in code, and every word.
+/// Paths of more than one word in code, and every word.
 #[derive(Default)]
 struct Paths {
     found: BTreeSet<Vec<String>>,

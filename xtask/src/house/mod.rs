@@ -1,8 +1,8 @@
 //! The house: which crate and which file imports which, read from the sources.
 //!
-//! A crate's level is one of [`LEVELS`]; its dependencies within the workspace must stand lower. A
-//! file imports another where it names something that the other defines, by a `use` or by a path;
-//! handing a name on (`pub use`) is no import. Tests are left out: a test may look at anything.
+//! A crate's level is one of [`LEVELS`]; its dependencies within the workspace must have a lower level. A
+//! file imports another where it names an item that the other defines, by a `use` or by a path; a re-export
+//! (`pub use`) is no import. Tests are left out: a test may use any item.
 //!
 //! The rooms of a crate are the folders and files directly under its `src`. Rooms of the crates of
 //! [`ORDERED`] import one another in one direction only, so that they have an order.
@@ -80,7 +80,7 @@ impl fmt::Display for Fault {
         match self {
             Self::UnknownCrate(name) => write!(f, "{name}: no level is stated for this crate"),
             Self::Upwards { from, to } => {
-                write!(f, "{from} depends on {to}, which does not stand below it")
+                write!(f, "{from} depends on {to}, which is not on a lower level")
             }
             Self::Circle(files) => {
                 write!(f, "these files import one another:")?;
@@ -101,7 +101,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Crates and files with what they import.
+/// Crates and files with their imports.
 #[derive(Clone, Debug, Default)]
 pub struct House {
     dependencies: BTreeMap<String, BTreeSet<String>>,
@@ -176,13 +176,6 @@ impl House {
     #[must_use]
     pub fn imports(&self) -> usize {
         self.imports.values().map(BTreeSet::len).sum()
-    }
-
-    /// What `file` imports.
-    #[must_use]
-    pub fn imports_of(&self, file: &Path) -> Vec<&Path> {
-        let found = self.imports.get(file).into_iter().flatten();
-        found.map(PathBuf::as_path).collect()
     }
 
     /// Rooms of each crate of [`ORDERED`] that is at hand, those that import others first.
@@ -261,8 +254,8 @@ impl House {
     }
 }
 
-/// The room of a crate that holds `file`: a folder or a file directly under `src`. The crate's root
-/// file belongs to no room, as it hands on names of all of them.
+/// The room of a crate that holds `file`: a folder or a file directly under `src`. The crate's root file
+/// belongs to no room, as it re-exports names of all rooms.
 fn room_of(name: &str, file: &Path) -> Option<PathBuf> {
     let source = Path::new("crates").join(name).join("src");
     let first = file.strip_prefix(&source).ok()?.iter().next()?;

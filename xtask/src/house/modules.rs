@@ -1,4 +1,4 @@
-//! A crate's modules: which file holds each, and what each defines and hands on.
+//! A crate's modules: the file of each, and the names that each defines and re-exports.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -64,7 +64,7 @@ impl ModuleTree {
         self.add(file, folder, path, parsed.items)
     }
 
-    /// Adds a module that stands in `file`; modules of their own files lie in `folder`.
+    /// Adds a module in `file`; modules with separate files are in `folder`.
     fn add(
         &mut self,
         file: &Path,

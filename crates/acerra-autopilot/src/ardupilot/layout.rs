@@ -20,7 +20,7 @@ pub const HEADER: usize = 3;
 pub struct Layout {
     /// Name of the type: `GPS`, `ATT` …
     pub name: String,
-    /// Length of a record with its mark (bytes).
+    /// Length of a record including its mark (bytes).
     pub length: usize,
     fields: Vec<Field>,
 }
@@ -33,7 +33,7 @@ struct Field {
 }
 
 impl Layout {
-    /// The type that a record `FMT` defines, and its number. The error says what is wrong with it.
+    /// The type that a record `FMT` defines, and its number. The error describes the fault.
     pub fn of(record: &[u8]) -> Result<(u8, Self), String> {
         let number = record.get(3).copied().unwrap_or_default();
         let length = usize::from(record.get(4).copied().unwrap_or_default());

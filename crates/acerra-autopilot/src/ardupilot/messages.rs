@@ -1,4 +1,4 @@
-//! What the records `GPS`, `GPA`, `POS`, `ATT`, `MNT` and `PARM` say (ArduPilot, `AP_GPS/LogStructure.h`,
+//! Contents of the records `GPS`, `GPA`, `POS`, `ATT`, `MNT` and `PARM` (ArduPilot, `AP_GPS/LogStructure.h`,
 //! `AP_AHRS/LogStructure.h` and `AP_Mount/LogStructure.h`).
 
 use acerra_geo::geodesy::Geodetic;
@@ -88,7 +88,7 @@ impl Record<'_> {
         Some([speed * east, speed * north, -down])
     }
 
-    /// The autopilot's clock beside GPS time, of a record `GPS`.
+    /// The autopilot's clock and GPS time, by a record `GPS`.
     pub fn clock_pair(&self) -> Option<ClockPair> {
         let has_fix = self.integer("Status")? >= 3;
         Some(ClockPair {
@@ -97,11 +97,11 @@ impl Record<'_> {
         })
     }
 
-    /// Adds what a record `GPA` gives of the position just before it: its accuracy and the height
-    /// above the ellipsoid.
+    /// Adds the content of a record `GPA` to the position just before it: its accuracy and the height above
+    /// the ellipsoid.
     ///
-    /// `HAcc` is taken for each horizontal axis, of which it is an upper bound. `Und` is the height above
-    /// the sea less that above the ellipsoid, the other way round than usual
+    /// `HAcc` is used for each horizontal axis, of which it is an upper bound. `Und` is the height above the
+    /// sea less that above the ellipsoid, the negative of the usual convention
     /// (`AP_GPS::send_mavlink_gps_raw`); newer logs have the height above the ellipsoid itself, `AEl`.
     pub fn complete(&self, position: &mut PositionSample) {
         if let (Some(across_m), Some(up_m)) = (self.number(&["HAcc"]), self.number(&["VAcc"]))
@@ -147,11 +147,12 @@ impl Record<'_> {
         })
     }
 
-    /// The gimbal whose kind a record `PARM` gives (`MNT1_TYPE` for the first), and what that kind means for its angles.
+    /// The gimbal whose kind a record `PARM` gives (`MNT1_TYPE` for the first), and the reference of its
+    /// angles by that kind.
     ///
-    /// Servos (1) have no feedback: versions of ArduPilot log the angles from the horizon that are wanted or, later,
-    /// those in the vehicle's axes that are asked of them (`AP_Mount_Servo::get_attitude_quaternion`). A gimbal that
-    /// stabilises itself behind servo signals (7) is asked for angles from the horizon. None for no gimbal (0).
+    /// Servos (1) have no feedback: older versions of ArduPilot log the commanded angles from the horizon,
+    /// newer ones those in the vehicle's axes (`AP_Mount_Servo::get_attitude_quaternion`). A self-stabilised
+    /// gimbal driven by servo signals (7) is commanded with angles from the horizon. None for no gimbal (0).
     pub fn gimbal_kind(&self) -> Option<(String, Teller)> {
         let name = self.layout.text(self.bytes, "Name")?;
         let number = name.strip_prefix("MNT")?.strip_suffix("_TYPE")?;

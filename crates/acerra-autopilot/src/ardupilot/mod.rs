@@ -75,7 +75,7 @@ struct Reader {
     clock_receiver: Option<String>,
     /// Clock reading (s) of each receiver's latest record, where that had a position.
     last_fix: HashMap<String, f64>,
-    /// What the parameters say of each gimbal's angles.
+    /// The reference of each gimbal's angles by the parameters.
     gimbal_kinds: HashMap<String, Teller>,
 }
 

@@ -1,8 +1,8 @@
-//! Gimbals that are components of their own, with a clock of their own.
+//! Gimbals that are separate components, with separate clocks.
 //!
-//! Both clocks are read beside that of the ground station: its stamps, at which the messages of either arrive over
-//! the same link, put the gimbal's clock on the autopilot's. What a message takes longer from the gimbal than from
-//! the autopilot, some milliseconds on board, stays in its time.
+//! Messages of gimbal and autopilot arrive over the same link, stamped by the ground station: these stamps
+//! relate the gimbal's clock to the autopilot's. The additional delay of messages from the gimbal, some
+//! milliseconds on board, stays in its time.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::clock::{ClockFit, fit};
 use crate::collect::Collector;
 use crate::sample::{ClockPair, PairKind, Stamp};
 
-/// Clock readings of a vehicle's parts beside the ground station's clock.
+/// Clock readings of a vehicle's parts with the ground station's clock.
 #[derive(Debug, Default)]
 pub struct ComponentClocks {
     autopilot: Vec<ClockPair>,
@@ -29,7 +29,7 @@ impl ComponentClocks {
         });
     }
 
-    /// Notes that an attitude of the gimbal `name` arrived, stamped by its own clock.
+    /// Notes the arrival of an attitude of the gimbal `name`, stamped by the gimbal's clock.
     pub fn gimbal(&mut self, name: &str, stamp: Stamp, arrival: GpsTime) {
         if let Stamp::Boot(boot_s) = stamp {
             let pairs = self.gimbals.entry(name.to_owned()).or_default();
@@ -44,7 +44,7 @@ impl ComponentClocks {
     /// these do not make a clock, by their arrival.
     pub fn settle(self, found: &mut Collector) {
         let Some(autopilot) = line(&self.autopilot) else {
-            // Times of a clock that nothing is known of.
+            // Times of a clock without relation to others.
             self.gimbals.keys().for_each(|name| found.drop_gimbal(name));
             return;
         };
@@ -57,8 +57,8 @@ impl ComponentClocks {
             }
             if own.is_none() {
                 found.remarks.push(format!(
-                    "{name} tells no time that advances as the ground station's clock does: its attitudes are \
-                     taken at their arrival, late by the link's delay"
+                    "{name} gives no time that advances with the ground station's clock: the time of its \
+                     attitudes is that of their arrival, late by the link's delay"
                 ));
             }
         }

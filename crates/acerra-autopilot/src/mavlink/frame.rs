@@ -1,8 +1,8 @@
 //! Packets of MAVLink 1 and 2 in a telemetry log (MAVLink Developer Guide, "Packet Serialization").
 //!
-//! A ground station writes each packet behind eight bytes, big-endian, of microseconds since 1970 by its
-//! own clock. The checksum of a packet covers a byte that is made from the definition of its message
-//! (`CRC_EXTRA`): packets of messages that are not known here cannot be checked.
+//! A ground station writes eight bytes, big-endian, of microseconds since 1970 by its own clock before each
+//! packet. The checksum of a packet covers a byte derived from the definition of its message (`CRC_EXTRA`):
+//! packets of unknown messages cannot be checked.
 
 use acerra_geo::time::GpsTime;
 
@@ -38,7 +38,7 @@ pub struct Packet<'a> {
     checksum: u16,
 }
 
-/// Length of the packet that begins here with its stamp; none where none can.
+/// Length of the packet with its stamp that begins here; none where none can.
 pub fn length(start: &[u8]) -> Option<usize> {
     let stamp = array(start, 0).map(i64::from_be_bytes)?;
     gps_time_of_unix_us(stamp)?;
@@ -47,7 +47,7 @@ pub fn length(start: &[u8]) -> Option<usize> {
         VERSION_1 => Some(STAMP + 6 + payload + 2),
         VERSION_2 => {
             let flags = *start.get(STAMP + 2)?;
-            // The only flag there is says that a signature follows.
+            // The only defined flag announces a signature.
             let signature = if flags & 1 == 1 { 13 } else { 0 };
             (flags & !1 == 0).then_some(STAMP + 10 + payload + 2 + signature)
         }
@@ -56,7 +56,7 @@ pub fn length(start: &[u8]) -> Option<usize> {
 }
 
 impl<'a> Packet<'a> {
-    /// The packet of which these are all bytes, with its stamp.
+    /// The packet that these bytes hold, with its stamp.
     pub fn of(bytes: &'a [u8]) -> Option<Self> {
         let arrival = array(bytes, 0).map(i64::from_be_bytes);
         let arrival = gps_time_of_unix_us(arrival?)?;

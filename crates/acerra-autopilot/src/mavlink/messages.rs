@@ -1,5 +1,5 @@
-//! What the messages say (MAVLink, `common.xml`). Fields are in the order of their length, longest
-//! first; those that came later ("extensions") are behind.
+//! Contents of the messages (MAVLink, `common.xml`). Fields are in the order of their length, longest first;
+//! later fields ("extensions") come last.
 
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
 
@@ -13,7 +13,7 @@ use crate::sample::{
 /// A message that matters here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// `SYSTEM_TIME`: the autopilot's clock beside UTC.
+    /// `SYSTEM_TIME`: the autopilot's clock and UTC.
     SystemTime,
     /// `GPS_RAW_INT`: the first receiver's position.
     GpsRaw,
@@ -30,7 +30,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The message of that number, with the byte that its definition adds to the checksum.
+    /// The message of that number, with its byte for the checksum.
     pub const fn of(message: u32) -> Option<(Self, u8)> {
         Some(match message {
             2 => (Self::SystemTime, 137),
@@ -213,7 +213,7 @@ impl Payload {
     }
 }
 
-/// Where the fields of a receiver's message are that stand differently in the two.
+/// Places of the fields of a receiver's message that differ between the two.
 struct Receiver {
     fix_type: usize,
     above_ellipsoid: usize,

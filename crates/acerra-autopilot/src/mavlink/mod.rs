@@ -20,8 +20,8 @@ use messages::{Kind, Payload};
 /// The part of a vehicle that is its autopilot.
 const AUTOPILOT: u8 = 1;
 
-/// Whether a log begins like this: with stamped packets one behind the other, or with packets of right checksums that
-/// fill more than half of it.
+/// Whether a log begins with these bytes: stamped packets one after the other, or packets of right checksums
+/// that fill more than half of them.
 pub fn begins(start: &[u8]) -> bool {
     let mut at = 0;
     let (mut whole, mut stray, mut checked) = (0, 0, 0);
@@ -37,7 +37,7 @@ pub fn begins(start: &[u8]) -> bool {
         whole += length;
         at = start.len().min(at + length);
     }
-    // A log of which less than a packet's header is left was cut off, and is one all the same.
+    // A log whose remainder is shorter than a packet's header was cut off, and is accepted.
     whole > 0 && (stray == 0 || (checked > 1 && whole > stray))
 }
 
@@ -89,8 +89,8 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
     log.found.finish(clock, bytes.offset())
 }
 
-/// Whether the bytes begin with a whole packet: by its checksum where its message is known, else by what
-/// follows.
+/// Whether the bytes begin with a whole packet: by its checksum where its message is known, else by the bytes
+/// after it.
 fn is_packet(start: &[u8], length: usize) -> bool {
     let Some(packet) = start.get(..length).and_then(Packet::of) else {
         // Cut off, which the caller finds out.
@@ -107,7 +107,7 @@ fn is_packet(start: &[u8], length: usize) -> bool {
 
 struct Reader {
     found: Collector,
-    /// The vehicle: the first that says something of use.
+    /// The vehicle: the first one with a useful message.
     system: Option<u8>,
     /// Other vehicles in the log.
     others: BTreeSet<u8>,
@@ -124,7 +124,7 @@ impl Reader {
         if matches!(kind, Kind::MountOrientation | Kind::GimbalDeviceStatus) {
             return self.take_gimbal(kind, packet, &payload, offset);
         }
-        // Gimbals, cameras and the ground station have clocks and attitudes of their own.
+        // Gimbals, cameras and the ground station have separate clocks and attitudes.
         if packet.component != AUTOPILOT {
             return Ok(());
         }
@@ -163,8 +163,8 @@ impl Reader {
         }
     }
 
-    /// Takes the attitude of a gimbal of the vehicle: of the autopilot, which speaks for it, or of a component of
-    /// its own.
+    /// Adds the attitude of a gimbal of the vehicle: sent by the autopilot on its behalf, or by a separate
+    /// component.
     fn take_gimbal(
         &mut self,
         kind: Kind,

@@ -71,7 +71,7 @@ impl Number {
 }
 
 impl Definitions {
-    /// Takes the text of a definition. The error says what is wrong with it.
+    /// Adds the text of a definition. The error describes its fault.
     pub fn add(&mut self, text: &str) -> Result<(), String> {
         let (name, fields) = text
             .split_once(':')
@@ -84,8 +84,7 @@ impl Definitions {
         Ok(())
     }
 
-    /// Where the fields of the message `name` are; those of nested types are left out. The error says
-    /// what is missing.
+    /// Places of the fields of the message `name`, without nested types. The error names a missing field.
     pub fn fields_of(&self, name: &str) -> Result<Fields, String> {
         let declared = self
             .formats
@@ -144,7 +143,7 @@ impl Definitions {
             .formats
             .get(kind)
             .filter(|_| depth < DEEPEST)
-            .ok_or_else(|| format!("the type {kind}, which nothing defines"))?;
+            .ok_or_else(|| format!("the type {kind}, which has no definition"))?;
         let mut size = 0;
         for field in declared {
             size = room(size, self.size_of(&field.kind, depth + 1)?, field.count)?;

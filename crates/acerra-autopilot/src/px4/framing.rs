@@ -1,4 +1,4 @@
-//! What distinguishes a message from damage: its kind, the length that its definition asks for, and what follows it.
+//! Tests that distinguish a message from damage: its kind, its length by definition, and the bytes after it.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ const SYNC: [u8; 11] = [8, 0, b'S', 0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x
 const FLAGS_AT: u64 = 16;
 /// Sound messages one behind the other from which on a damaged log is read again: chance makes no such row.
 const ROW: usize = 4;
-/// Bytes of a text that are looked at, within which a definition's name ends.
+/// Bytes of a text within which a definition's name must end.
 const NAME: usize = 80;
 /// Bytes that hold such a row, whatever its messages' lengths.
 pub const SHOWN: usize = ROW * (MESSAGE_HEADER + (1 << 16));
@@ -47,8 +47,8 @@ impl Framing {
         content > 0 && kind.is_ascii_alphabetic() && is_known
     }
 
-    /// Whether a whole message of a kind that checks itself is sound; nothing of other kinds, which what follows them
-    /// decides. `offset` is its place in the file.
+    /// Whether a whole message is valid by its content; none for kinds without such a test, which the
+    /// following bytes decide. `offset` is its place in the file.
     pub fn checks(&self, message: &[u8], offset: u64) -> Option<bool> {
         match message[2] {
             b'D' => Some(true),
@@ -129,7 +129,8 @@ fn is_keyed(content: &[u8]) -> bool {
     key.contains(&b' ') && is_name(key) && rest.len() > key.len()
 }
 
-/// Whether bytes begin with a name; their first ones are looked at, so that the work a byte of the log is bounded.
+/// Whether bytes begin with a name; only the first ones are read, so that the work per byte of the log is
+/// bounded.
 fn is_name(bytes: &[u8]) -> bool {
     let seen = &bytes[..bytes.len().min(NAME)];
     !seen.is_empty() && seen.iter().all(|b| matches!(b, b' '..=b'~'))

@@ -1,5 +1,6 @@
-//! What the messages say (PX4, `msg/SensorGps.msg`, `msg/VehicleGlobalPosition.msg`,
-//! `msg/VehicleAttitude.msg`, `msg/GimbalDeviceAttitudeStatus.msg`; before version 1.14 latitudes are whole 1e-7 degrees, heights whole mm).
+//! Contents of the messages (PX4, `msg/SensorGps.msg`, `msg/VehicleGlobalPosition.msg`,
+//! `msg/VehicleAttitude.msg`, `msg/GimbalDeviceAttitudeStatus.msg`; before version 1.14 latitudes are whole
+//! 1e-7 degrees, heights whole mm).
 
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
@@ -83,7 +84,7 @@ impl Message<'_> {
         })
     }
 
-    /// `eph` is taken for each horizontal axis, of which it is an upper bound.
+    /// `eph` is used for each horizontal axis, of which it is an upper bound.
     fn sigma_m(&self) -> Option<[f64; 3]> {
         let (across_m, up_m) = (self.number("eph")?, self.number("epv")?);
         (across_m > 0.0 && up_m > 0.0).then_some([across_m, across_m, up_m])
@@ -97,7 +98,7 @@ impl Message<'_> {
         Some([east?, north?, -down?])
     }
 
-    /// The autopilot's clock beside GPS time.
+    /// The autopilot's clock and GPS time.
     pub fn clock_pair(&self) -> Option<ClockPair> {
         let has_fix = self.integer("fix_type")? >= 3;
         Some(ClockPair {
@@ -146,7 +147,8 @@ impl Message<'_> {
         self.integer("gimbal_device_id").unwrap_or(0)
     }
 
-    /// The attitude of a gimbal. What did not come from one over MAVLink is what the autopilot asked of servos.
+    /// The attitude of a gimbal. An attitude that did not come from a gimbal over MAVLink is the autopilot's
+    /// command to servos.
     pub fn gimbal_attitude(&self) -> Option<GimbalSample> {
         let status = DeviceStatus {
             flags: self.integer("device_flags")?,

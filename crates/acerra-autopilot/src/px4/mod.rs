@@ -21,7 +21,7 @@ use messages::Message;
 const MAGIC: &[u8; 7] = b"ULog\x01\x12\x35";
 /// Mark, version and time of the start (bytes).
 const FILE_HEADER: usize = 16;
-/// Bytes of one value that may be memory never written, and not damage: those that follow decide.
+/// Number of equal bytes that may be unwritten memory instead of damage: the following ones decide.
 const BLANK: usize = 64;
 
 /// The topic of gimbals.
@@ -82,7 +82,7 @@ struct Subscription {
 
 struct Reader {
     definitions: Definitions,
-    /// What distinguishes messages from damage.
+    /// Tests that distinguish messages from damage.
     framing: Framing,
     subscriptions: HashMap<u16, Subscription>,
     found: Collector,
@@ -90,7 +90,7 @@ struct Reader {
     clock_topic: Option<String>,
     /// Where the part begins that was appended after a crash.
     appended_at: Option<u64>,
-    /// Gaps in the log, and what was lost in them (ms).
+    /// Gaps in the log, and the time lost in them (ms).
     dropouts: u64,
     lost_ms: u64,
 }
@@ -198,7 +198,7 @@ impl Reader {
         }
     }
 
-    /// Flags of the format: bit 0 of the incompatible ones says that data were appended.
+    /// Flags of the format: bit 0 of the incompatible ones means that data were appended.
     fn flags(&mut self, message: &[u8], offset: u64) -> Result<(), LogError> {
         let incompatible: [u8; 8] = array(message, 8).unwrap_or_default();
         let [first, rest @ ..] = incompatible;
@@ -284,7 +284,7 @@ impl Reader {
                         self.found.pair(pair, offset)?;
                     }
                 }
-                // What the autopilot itself uses goes before the single receivers.
+                // The estimate that the autopilot itself uses precedes the single receivers.
                 let origin = match topic.topic.as_str() {
                     "vehicle_gps_position" => Origin::first(source, SourceKind::Gnss),
                     _ => Origin::second(source, SourceKind::Gnss),

@@ -1,8 +1,8 @@
 //! Messages of ROS 2 as DDS serialises them: Common Data Representation, plain, version 1 (OMG DDSI-RTPS
 //! 2.3, clause 10; CORBA 3.0, clause 15.3).
 //!
-//! Four bytes give the byte order; then each number is at a multiple of its own length, counted from
-//! behind those four bytes.
+//! Four bytes give the byte order; then each number is at a multiple of its own length, counted from the end
+//! of those four bytes.
 
 use crate::bytes::array;
 

@@ -5,7 +5,7 @@ use std::io::Read;
 
 use crate::bytes::array;
 
-/// What a file begins and ends with.
+/// First and last bytes of a file.
 pub const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
 /// Kind and length of a record (bytes).
 pub const RECORD_HEADER: usize = 9;
@@ -24,7 +24,7 @@ pub mod kind {
     pub const MESSAGE: u8 = 0x05;
     /// Records, often compressed.
     pub const CHUNK: u8 = 0x06;
-    /// The end of the data: what follows repeats and counts them.
+    /// The end of the data: an index and statistics follow.
     pub const DATA_END: u8 = 0x0f;
 }
 
@@ -80,7 +80,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The records of a chunk, unpacked. The error says what is wrong with it.
+/// The records of a chunk, unpacked. The error describes its fault.
 pub fn unpacked(content: &[u8]) -> Result<Vec<u8>, String> {
     let short = || "a chunk shorter than its fields".to_owned();
     let mut fields = Fields::new(content);
@@ -112,7 +112,7 @@ pub fn unpacked(content: &[u8]) -> Result<Vec<u8>, String> {
     read.map_err(|error| format!("a chunk that cannot be unpacked: {error}"))?;
     if records.len() as u64 != size {
         return Err(format!(
-            "a chunk of {} bytes that says {size}",
+            "a chunk of {} bytes that states {size}",
             records.len()
         ));
     }

@@ -1,4 +1,4 @@
-//! What the messages say: `sensor_msgs/NavSatFix`, `sensor_msgs/Imu`, `nav_msgs/Odometry` and
+//! Contents of the messages `sensor_msgs/NavSatFix`, `sensor_msgs/Imu`, `nav_msgs/Odometry` and
 //! `geometry_msgs/QuaternionStamped` of ROS 2 (common_interfaces), in the frames of REP 103 and REP 145.
 
 use acerra_geo::trajectory::{Attitude, SolutionStatus};
@@ -34,7 +34,7 @@ impl Kind {
     }
 }
 
-/// The stamp of a header. One that counts from 1970 is UTC; any other counts from a start of its own
+/// The stamp of a header. A stamp that counts from 1970 is UTC; any other counts from an unknown start
 /// (simulated time).
 fn stamp(cdr: &mut Cdr<'_>) -> Option<Stamp> {
     let (seconds, nanos) = (cdr.i32()?, cdr.u32()?);
@@ -49,7 +49,7 @@ fn stamp(cdr: &mut Cdr<'_>) -> Option<Stamp> {
     })
 }
 
-/// Outcome of a message: none of one that is cut short or of an encoding that is not known.
+/// Outcome of a message: none where the message is cut short or of an unknown encoding.
 pub type Read<T> = Option<Option<T>>;
 
 /// The position of a `NavSatFix`, whose height counts from the ellipsoid.
@@ -84,8 +84,8 @@ pub fn fix(message: &[u8]) -> Read<PositionSample> {
     }))
 }
 
-/// Position and attitude of an `Odometry`, in its own frame: x forward, y left, z up where it began, or
-/// east, north, up.
+/// Position and attitude of an `Odometry`, in its local frame: x forward, y left, z up at its start, or east,
+/// north, up.
 pub fn odometry(message: &[u8]) -> Read<(PositionSample, Option<AttitudeSample>)> {
     let mut cdr = Cdr::new(message)?;
     let stamp = stamp(&mut cdr)?;
@@ -108,7 +108,7 @@ pub fn odometry(message: &[u8]) -> Read<(PositionSample, Option<AttitudeSample>)
     Some(Some((position, attitude(stamp, quaternion))))
 }
 
-/// The attitude of an `Imu`; none of one that says that it has none.
+/// The attitude of an `Imu`; none where the message declares it absent.
 pub fn imu(message: &[u8]) -> Read<AttitudeSample> {
     let mut cdr = Cdr::new(message)?;
     let stamp = stamp(&mut cdr)?;

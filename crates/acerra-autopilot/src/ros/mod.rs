@@ -56,7 +56,7 @@ pub fn read<R: Read>(bytes: &mut LogBytes<R>, limit: usize) -> Result<Recording,
     }
     log.found.remarks.push(
         "times are the stamps of the messages' headers, UTC by the clock of the robot's computer or of its \
-         receiver: the file does not tell how good it is ([trajectory] time_offset_s)"
+         receiver: the file does not state the clock's accuracy ([trajectory] time_offset_s)"
             .to_owned(),
     );
     let clock = ClockSource {

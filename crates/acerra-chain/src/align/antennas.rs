@@ -9,8 +9,8 @@ use crate::read::trace_positions::TracePositions;
 /// Transmitter and receiver from each place (m).
 pub(super) type FromPlace = Vec<[[f64; 3]; 2]>;
 
-/// Transmitter and receiver of some traces as a file places them; empty where they are one, none where there are fewer
-/// antennas than traces.
+/// Transmitter and receiver of some traces as a file states them; empty where one antenna does both, none
+/// where there are fewer antennas than traces.
 pub(super) fn in_file(
     places: &TracePositions,
     traces: impl Iterator<Item = usize>,
@@ -27,9 +27,10 @@ pub(super) fn in_file(
     traces.map(from_place).collect()
 }
 
-/// Transmitter and receiver half of `offset_m` (forward, left, up; from the receiver to the transmitter) either way from
-/// each place: in the axes of the recorded attitude, or, where none is recorded, level and along the path of its line.
-/// None where neither is known: places on a line that never moves.
+/// Transmitter and receiver, half of `offset_m` (forward, left, up; from the receiver to the transmitter)
+/// either way from each place: in the axes of the recorded attitude, or, without a recorded attitude, level
+/// and along the path of the trace's line. None where neither direction is known: places on a line that never
+/// moves.
 pub(super) fn by_offset(
     offset_m: [f64; 3],
     position_m: &[[f64; 3]],
@@ -50,9 +51,10 @@ pub(super) fn by_offset(
         .collect()
 }
 
-/// Level attitudes with the nose along the path; where a platform stands, as it moved before, or will.
+/// Level attitudes with the nose along the path; at rest the nose keeps the last direction of motion, or
+/// takes the next one.
 fn along(position_m: &[[f64; 3]]) -> Vec<Option<Attitude>> {
-    /// Steps of less say no direction (m).
+    /// Shorter steps give no direction (m).
     const LEAST_M: f64 = 1e-4;
     let last = position_m.len().saturating_sub(1);
     let own = |k: usize| {

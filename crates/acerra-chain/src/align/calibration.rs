@@ -25,10 +25,10 @@ use crate::scene::Scene;
 pub struct CalibrationOptions {
     /// Where delay and phase of each track come from.
     pub source: CalibrationSource,
-    /// Delays are looked for within so many nanoseconds either way.
+    /// Largest delay that is searched, to either side (ns).
     pub window_ns: f64,
-    /// Where the target that all tracks see stands (m); by default the maximum of the first track's
-    /// image on which the others agree.
+    /// Position of the target that all tracks see (m); by default the maximum of the first track's image on
+    /// which the others agree.
     pub target_m: Option<[f64; 3]>,
     /// Weight of each trace in the images of the search.
     pub weight: Weight,
@@ -96,11 +96,11 @@ pub struct TrackCalibration {
     pub given_delay_ns: f64,
     /// Given by the campaign file.
     pub given_phase_deg: f64,
-    /// Found beside that on a common target, against the first track.
+    /// Found in addition by a common target, relative to the first track.
     pub found: Option<FoundCalibration>,
 }
 
-/// What the common target told.
+/// Delay and phase found by the common target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FoundCalibration {
     /// Delay, in nanoseconds.
@@ -131,7 +131,7 @@ impl FoundCalibration {
 }
 
 impl TrackCalibration {
-    /// What is known of the instrument, before anything is found.
+    /// Delay and phase stated for the instrument, before anything is estimated.
     pub(crate) fn given(error: InstrumentError) -> Self {
         Self {
             given_delay_ns: error.delay_ns,
@@ -141,7 +141,7 @@ impl TrackCalibration {
     }
 }
 
-/// Takes delay and phase off every track: what is given, and what a common target tells.
+/// Removes delay and phase from every track: the stated values, and those that a common target gives.
 ///
 /// # Errors
 /// Tracks that see no common target, cancellation.
@@ -159,18 +159,18 @@ pub(crate) fn calibrate(
         };
         remove(given, &mut track.spectrum)?;
     }
-    // A single track is its own measure.
+    // A single track is its own reference.
     if options.source == CalibrationSource::Given || tracks.len() < 2 {
         return Ok(());
     }
     control.check()?;
     let found = common_target(tracks, options, scene, control)?;
     for (track, estimate) in tracks.iter_mut().zip(&found.estimates) {
-        let told = FoundCalibration::of(estimate, &track.spectrum.frequency_hz);
-        if told.contrast_db < 10.0 || told.delay_ns.abs() > 0.98 * options.window_ns {
-            warnings.add(doubt(&track.name, found.position_m, &told));
+        let estimated = FoundCalibration::of(estimate, &track.spectrum.frequency_hz);
+        if estimated.contrast_db < 10.0 || estimated.delay_ns.abs() > 0.98 * options.window_ns {
+            warnings.add(doubt(&track.name, found.position_m, &estimated));
         }
-        track.calibration.found = Some(told);
+        track.calibration.found = Some(estimated);
         remove(estimate.calibration, &mut track.spectrum)?;
     }
     Ok(())
@@ -183,16 +183,16 @@ fn remove(calibration: Calibration, spectrum: &mut Spectrum) -> Result<(), Imagi
     Ok(())
 }
 
-fn doubt(track: &str, target_m: [f64; 3], told: &FoundCalibration) -> String {
+fn doubt(track: &str, target_m: [f64; 3], estimated: &FoundCalibration) -> String {
     format!(
-        "[[track]] {track}: its calibration is uncertain: the common target at x = {:.2} m, \
-         y = {:.2} m stands {:.1} dB above the rest, {:+.2} ns from the first track's; state \
-         [tracks] target_m, or delay_ns and phase_deg",
-        target_m[0], target_m[1], told.contrast_db, told.delay_ns
+        "[[track]] {track}: its calibration is uncertain: the common target at x = {:.2} m, y = {:.2} m is \
+         {:.1} dB above the rest, {:+.2} ns from the first track's; state [tracks] target_m, or delay_ns \
+         and phase_deg",
+        target_m[0], target_m[1], estimated.contrast_db, estimated.delay_ns
     )
 }
 
-/// The target on which all tracks agree best, and what it tells of each.
+/// The target on which all tracks agree best, and delay and phase that the target gives for each track.
 fn common_target(
     tracks: &[TrackEchoes],
     options: &CalibrationOptions,
@@ -243,7 +243,7 @@ fn candidates(
 ) -> Result<Vec<[f64; 3]>, CalibrationError> {
     /// Pixels that are imaged to find them.
     const PIXELS: f64 = 1e6;
-    /// How far below the greatest maximum another may lie, and how many are tried.
+    /// Maxima tried: at most this far below the greatest, and at most this many.
     const FLOOR_DB: f64 = -10.0;
     const MOST: usize = 32;
     let ground = &scene.ground;

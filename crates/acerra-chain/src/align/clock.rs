@@ -30,7 +30,7 @@ pub struct Clocked {
     pub time_offset_s: f64,
     /// How the offset was found, when it was not given.
     pub search: Option<OffsetSearch>,
-    /// What height and motion say of every offset, where they say anything.
+    /// Likelihood of every offset by height and motion, where these depend on the offset.
     pub likelihood: Option<OffsetLikelihood>,
     /// How the delay was found, when it was not given.
     pub delay: Option<DelayFound>,
@@ -49,13 +49,13 @@ pub enum ClockError {
         "[trajectory] time_offset_s = \"auto\": expected a radargram, found spectra; state the offset"
     )]
     Spectra,
-    /// The offset is that of a recorded clock, and the traces came without one.
+    /// The offset is to come from a recorded clock, and the traces came without one.
     #[error(
         "[trajectory] time_offset_s = \"logged\": expected traces with the clock of their recording, found \
          traces in memory; state the offset"
     )]
     NotRecorded,
-    /// An offset or a delay is left to the data where nothing is searched.
+    /// An offset or a delay is `"auto"` in a run without a search.
     #[error("{key}: expected a number, as nothing is searched here, found \"auto\"")]
     NotStated {
         /// The key of the campaign file.
@@ -75,15 +75,15 @@ pub enum ClockError {
     Delay(#[from] DelayError),
 }
 
-/// How often offset and delay are found in turn, each at the other's last value, at most.
+/// Largest number of alternations between offset and delay, each found at the other's last value.
 const TURNS: usize = 3;
 
-/// Places the traces at the offset given, or at the one that the data tell, and makes the choices
-/// that depend on where they stand: delay and gate. Of a radargram on a trajectory, what height and
-/// motion say of a given offset is kept as well.
+/// Places the traces at the stated or the estimated offset, and makes the choices that depend on the places:
+/// delay and gate. For a radargram on a trajectory, the likelihood of a stated offset by height and motion is
+/// kept as well.
 ///
 /// # Errors
-/// Data that tell no offset or no delay, no trace that can be placed, cancellation.
+/// Data that leave the offset or the delay open, no trace that can be placed, cancellation.
 pub fn align_clocks(
     flight: Flight<'_>,
     options: &TrackOptions,
@@ -119,7 +119,7 @@ pub fn align_clocks(
     })
 }
 
-/// Places the traces at the offset stated; what the data say of it is not looked at.
+/// Places the traces at the stated offset without computing the offset's likelihood.
 ///
 /// # Errors
 /// An offset or a delay that is left to the data, no trace that can be placed.
@@ -154,7 +154,7 @@ pub fn place_as_stated(
     track.at_offset(time_offset_s, warnings)
 }
 
-/// What height and motion say of every offset, where a radargram and a trajectory say anything.
+/// Likelihood of every offset by height and motion, where radargram and trajectory depend on the offset.
 fn likelihood_of(
     flight: Flight<'_>,
     options: &TrackOptions,
@@ -186,11 +186,11 @@ fn likelihood_of(
     }
 }
 
-/// Offsets that a stated one is compared with, at most, to each side of it (s): those of another time zone are
-/// among them.
+/// Largest distance of the offsets that a stated offset is compared with (s); offsets of other time zones are
+/// included.
 const COMPARED_S: f64 = 3600.0;
 
-/// The positions within [`COMPARED_S`] of the traces at a stated offset; none where that is all of them.
+/// The positions within [`COMPARED_S`] of the traces at a stated offset; none where all positions are.
 fn about_offset(
     radargram: &Radargram,
     trajectory: &Trajectory,
@@ -272,7 +272,7 @@ impl ClockedTrack<'_> {
         Ok(clocked)
     }
 
-    /// The traces at an offset; what there is to say of them is said at the one finally taken.
+    /// The traces at an offset; warnings about the traces are given only for the final offset.
     fn aligned_at(&self, time_offset_s: f64) -> Result<Aligned, AlignError> {
         let unsaid = &mut Warnings::default();
         align(self.flight, &self.options.align, time_offset_s, unsaid)
@@ -296,7 +296,7 @@ impl ClockedTrack<'_> {
         }
     }
 
-    /// Finds the delay, where that is asked for, and puts it in force.
+    /// Finds the delay where the campaign leaves it to the data, and puts it in force.
     fn find_delay_in(
         &self,
         clean: &mut CleanOptions,

@@ -1,4 +1,4 @@
-//! What an autofocus leaves beside the corrected places.
+//! Results of an autofocus other than the corrected places.
 
 use acerra_autofocus::{Autofocused, Decision};
 use acerra_geo::interpolate::Interpolated;
@@ -6,18 +6,18 @@ use acerra_geo::interpolate::Interpolated;
 use crate::align::quantity::{GlobalCorrection, Quantity};
 use crate::align::recording::InstrumentError;
 
-/// What the autofocus of a survey found.
+/// Result of the autofocus of a survey.
 #[derive(Clone, Debug)]
 pub struct PathCorrection {
-    /// Corrections with their deviations, and whether they are applied.
+    /// Corrections with their deviations, and whether the corrections are applied.
     pub found: Autofocused,
     /// Places of the imaged traces as the positions have them (m).
     pub stated_m: Vec<[f64; 3]>,
     /// The places of all traces as the positions have them.
     pub stated: Vec<Interpolated>,
-    /// Standard deviations as the positions have them, one a trace (m); empty where they state none.
+    /// Standard deviations that the positions state, one a trace (m); empty where they state none.
     pub prior_sigma_m: Vec<[f64; 3]>,
-    /// How long errors were taken to last (s).
+    /// Correlation time assumed for the errors (s).
     pub correlation_s: f64,
     /// Quantities of the whole flight that were left free, applied or not.
     pub globals: Vec<GlobalCorrection>,
@@ -26,13 +26,13 @@ pub struct PathCorrection {
 }
 
 impl PathCorrection {
-    /// What was found of a quantity that all tracks share, in its unit; 0 where it was not left free.
+    /// Estimate of a quantity that all tracks share, in its unit; 0 where the quantity was held.
     #[must_use]
     pub fn of_all(&self, quantity: Quantity) -> f64 {
         self.found_of(quantity, |track| track.is_none())
     }
 
-    /// What was found of a quantity of this track's own, in its unit; 0 where it was not left free.
+    /// Estimate of a quantity of this track, in its unit; 0 where the quantity was held.
     #[must_use]
     pub fn of_track(&self, quantity: Quantity, track: usize) -> f64 {
         self.found_of(quantity, |own| own.unwrap_or(0) == track)

@@ -13,9 +13,9 @@ const LEAST_SHARE_UNSEEN: f64 = 0.75;
 /// Pixels along each side at which the image's ranges are looked at.
 const PIXELS_A_SIDE: usize = 9;
 
-/// The gate in force for traces at their places: [`Gate::Auto`] becomes the gate about 2h/c where
-/// the image lies below the flight, and none where it lies to the side. An image whose sides follow
-/// the flight says nothing of where the radar looks: only the surface echo does.
+/// The gate in force for traces at their places: [`Gate::Auto`] becomes the gate about 2h/c where the image
+/// lies below the flight, and none where it lies to the side. An image whose sides follow the flight does not
+/// depend on where the radar looks: only the surface echo shows this.
 #[must_use]
 pub fn settle_gate(
     choice: Gate,
@@ -29,7 +29,7 @@ pub fn settle_gate(
     }
     if aligned.height_m.iter().any(|h| *h <= 0.0) {
         warnings.add(
-            "no gate: traces stand at or below the ground of the image, where 2h/c has no meaning \
+            "no gate: traces are at or below the ground of the image, where 2h/c has no meaning \
              ([preprocess] gate_ns)",
         );
         return Gate::None;
@@ -65,8 +65,8 @@ pub fn settle_gate(
     }
 }
 
-/// Share of the image that the gate of a view below the flight holds at closest approach; none where
-/// the image's sides follow the gate.
+/// Share of the image within the gate of a view below the flight at closest approach; none where the image's
+/// sides follow the gate.
 fn share_below(aligned: &Aligned, scene: &Scene) -> Option<f64> {
     if scene.open.sides != [false; 2] {
         return None;
@@ -135,11 +135,11 @@ mod tests {
         assert_eq!(settled(10.0, [-9.0, 9.0], true), (below, 0));
         assert_eq!(settled(10.0, [-9.0, 9.0], false), (below, 0));
         assert_eq!(settled(1.2, [4.0, 30.0], false), (Gate::None, 1));
-        // Sides that follow the flight do not say where the radar looks.
+        // Sides that follow the flight do not depend on where the radar looks.
         let follows = |sees_surface| settled_in([true; 2], 2.0, [-9.0, 9.0], sees_surface);
         assert_eq!(follows(true), (below, 0));
         assert_eq!(follows(false), (Gate::None, 1));
-        // At the level of the platform there is nothing below.
+        // At the height of the platform nothing is below.
         assert_eq!(settled(0.0, [2.0, 12.0], false), (Gate::None, 1));
     }
 }

@@ -41,7 +41,7 @@ pub(crate) struct RangesHeld {
     /// Share of the pixels whose range of closest approach is held: an echo is focused from the traces about its
     /// closest approach, and traces from afar alone leave smeared arcs.
     pub focused: f64,
-    /// Whether any trace holds any pixel.
+    /// Whether any pixel is within the ranges of any trace.
     pub any: bool,
     /// Nearest and farthest range of all traces (m).
     pub range_m: [f64; 2],

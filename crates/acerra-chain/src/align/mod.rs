@@ -37,7 +37,7 @@ use crate::scene::Scene;
 /// Parameters of the stage `align`.
 #[derive(Clone, Debug, Default)]
 pub struct AlignOptions {
-    /// Trajectory time minus radar time. By default that of the clock recorded beside the radar log, where
+    /// Trajectory time minus radar time. By default that of the clock recorded with the radar log, where
     /// there is one and the positions are on GPS time; otherwise 0.
     pub time_offset: Option<TimeOffset>,
     /// The traces that enter background and image.
@@ -45,7 +45,7 @@ pub struct AlignOptions {
     /// Longest gap between positions that is interpolated over (s); by default a few sampling
     /// intervals.
     pub max_gap_s: Option<f64>,
-    /// What becomes of traces at unfixed positions.
+    /// Treatment of traces at unfixed positions.
     pub unfixed: Unfixed,
     /// Where the heights come from.
     pub height: HeightSource,
@@ -68,7 +68,7 @@ impl AlignOptions {
     }
 }
 
-/// What a track measured, where, and over what.
+/// Data of a track, their positions, and the ground below.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<'a> {
     /// The radar log.
@@ -106,7 +106,7 @@ pub enum AlignError {
     /// A selection that cannot be.
     #[error(transparent)]
     Select(#[from] SelectError),
-    /// The radar tells no heights.
+    /// The radar gives no heights.
     #[error(transparent)]
     Height(#[from] RadarHeightError),
     /// Traces that cannot be had.
@@ -229,7 +229,7 @@ pub fn align(
     }
 }
 
-/// Entries of `kept` with which another line begins than that of the entry before.
+/// Entries of `kept` at which a line begins: the entry before belongs to another line.
 fn line_starts(positions: &Positions, kept: &[&Placed]) -> Vec<usize> {
     let Positions::PerTrace(places) = positions else {
         return Vec::new();
@@ -245,7 +245,7 @@ fn line_of(line_starts: &[usize], trace: usize) -> usize {
     line_starts.partition_point(|start| *start <= trace)
 }
 
-/// Whether the lever arm of a trace rests on a heading from before.
+/// Whether the lever arm of a trace is turned by an earlier heading.
 fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
     options.lever_arm_m[..2] != [0.0; 2]
         && placed.place.attitude.is_none()
@@ -268,7 +268,8 @@ pub(crate) struct TracePlaces<'a> {
 }
 
 impl<'a> TracePlaces<'a> {
-    /// None where places depend on more than the trajectory: those that came with the traces, heights by the radar.
+    /// None where places depend on more than the trajectory: places recorded with the traces, heights by the
+    /// radar.
     pub fn of(flight: Flight<'a>, options: &AlignOptions) -> Option<Self> {
         let (Positions::Trajectory(trajectory), HeightSource::Positions) =
             (flight.positions, options.height)
@@ -358,9 +359,9 @@ impl OnTrajectory<'_> {
         warnings.count(
             coverage.count(Flag::Unfixed),
             if keep_unfixed {
-                "traces stand at unfixed positions and entered all the same"
+                "traces are at unfixed positions and are used"
             } else {
-                "traces stand at unfixed positions and were left out"
+                "traces are at unfixed positions and were left out"
             },
         );
         let placed = places

@@ -39,9 +39,10 @@ pub struct Curve {
 /// How an offset was found.
 #[derive(Clone, Debug)]
 pub struct OffsetSearch {
-    /// The offset with its standard deviation, its closest rival, and the delay that comes with it.
+    /// The offset with its standard deviation, its strongest rival, and the delay found together with the
+    /// offset.
     pub estimate: OffsetEstimate,
-    /// What height and motion say of every offset.
+    /// Log-likelihood of every offset by height and motion.
     pub likelihood: OffsetLikelihood,
     /// Sharpness of the images that were tried.
     pub sharpness: Curve,
@@ -59,29 +60,29 @@ const SHARPNESS_PIXELS: f64 = 60_000.0;
 const SUB_APERTURES: usize = 4;
 /// Traces of a sub-aperture at least.
 const LEAST_TRACES: usize = 40;
-/// Spacing of the offsets at which the whole aperture is imaged, and how far about the estimate (s).
+/// Spacing of the offsets at which the whole aperture is imaged, and their range about the estimate (s).
 const WHOLE_STEP_S: f64 = 0.005;
 const WHOLE_REACH_S: f64 = 0.12;
-/// Noise of heights from fix to fix above which they are smoothed (m), and over what to each side (s): a
-/// platform's wander is slower.
+/// Noise of heights from fix to fix above which the heights are smoothed (m), and half the window of the
+/// smoothing (s): the wander of a platform is slower.
 const QUIET_M: f64 = 1.5e-3;
 const SMOOTHED_S: f64 = 0.7;
-/// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the
-/// offsets; and how far it does (s).
+/// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the offsets; and
+/// to which deviation (s).
 const CLEAR_CORRELATION: f64 = 0.6;
 const CLEAR_SHARE: f64 = 0.5;
 const CLEAR_MOTION_SIGMA_S: f64 = 0.05;
-/// Swing of the phase centre by tilts that nobody recorded (m): 2°, 20 cm below the antenna; and the period
-/// of such tilts and of a platform's wander (s).
+/// Swing of the phase centre by unrecorded tilts (m): 2°, 20 cm below the antenna; and the period of the
+/// tilts and of a platform's wander (s).
 const SWING_M: f64 = 7e-3;
 const SWING_PERIOD_S: f64 = 3.0;
 
-/// Unknown motion of the phase centre in step with another of the platform's (m): of two motions that have
-/// nothing to do with each other, one over the root of the periods is in common.
+/// Unknown motion of the phase centre that correlates with another motion of the platform (m): two unrelated
+/// motions correlate by one over the root of the number of periods.
 pub(crate) fn lasting_motion_m(duration_s: f64) -> f64 {
     SWING_M / (duration_s / SWING_PERIOD_S).max(1.0).sqrt()
 }
-/// Offsets over which traces are placed and cleaned as in the middle of them (s).
+/// Range of offsets over which traces are placed and cleaned as at its middle (s).
 const CLEANED_ANEW_S: f64 = 0.5;
 
 /// Why the clock offset cannot be found.
@@ -98,7 +99,7 @@ pub enum OffsetError {
         /// Its length (s).
         found_s: f64,
     },
-    /// The data do not tell the offset, or tell several.
+    /// The data leave the offset open, or agree with several offsets.
     #[error("[trajectory] time_offset_s = \"auto\": {cause}; {}", settling(cause))]
     Undecided {
         /// Why, with the offsets that remain.
@@ -135,19 +136,19 @@ fn settling(refusal: &Undecided) -> &'static str {
     }
 }
 
-/// What of trajectory and delays the search takes into account.
+/// Inputs and constraints of the search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SearchRange {
     /// Longest gap of the trajectory that is interpolated over (s).
     pub max_gap_s: Option<f64>,
-    /// Fast times at which range may be zero (s); by default those of instruments.
+    /// Fast times at which range may be zero (s); by default those of usual instruments.
     pub delay_s: Option<[f64; 2]>,
 }
 
-/// What height and motion say of every offset at which radar log and trajectory overlap.
+/// Log-likelihood by height and motion of every offset at which radar log and trajectory overlap.
 ///
 /// # Errors
-/// Logs that never overlap enough, a radargram in which nothing follows the flight, cancellation.
+/// Logs that never overlap enough, a radargram in which no echo follows the flight, cancellation.
 pub fn by_height_and_motion(
     radargram: &Radargram,
     trajectory: &Trajectory,
@@ -191,8 +192,8 @@ pub fn by_height_and_motion(
     }
     let control = control.operation();
     let found = offset_likelihood(radargram, &profile, &options, control);
-    // What came into view changes the radargram as starts and halts do: they speak alone only where no
-    // echo follows the height.
+    // Scenery that comes into view changes the radargram as starts and halts do: starts and halts alone
+    // decide only where no echo follows the height.
     if matches!(&found, Ok(found) if found.height.is_some()) {
         return Ok(found?);
     }
@@ -208,8 +209,8 @@ pub fn by_height_and_motion(
 /// The offset at which the radargram changes while the platform moves, where no other correlates
 /// nearly as well: starts and halts that are unmistakable.
 fn clear_motion(radargram: &Radargram, profile: &FlightProfile) -> Option<ClockPrior> {
-    // Change saturates when the platform moves a quarter of a wavelength between traces; its root
-    // is closer to a measure of motion than of what happens to be in view.
+    // Change saturates when the platform moves a quarter of a wavelength between traces; its root depends
+    // more on motion than on the scenery in view.
     let change: Vec<f64> = activity(radargram).iter().map(|a| a.sqrt()).collect();
     let found = coarse_offset(
         &radargram.time_s,
@@ -323,9 +324,9 @@ struct WholeAperture<'a> {
 }
 
 impl Trial<'_> {
-    /// Deviation of the sharpest offset by what swings the phase centre with tilts that nobody recorded:
-    /// an offset moves traces by what the velocity differs from its mean, and the sharpest one takes such
-    /// motion for its own.
+    /// Deviation of the sharpest offset by unrecorded tilts, which swing the phase centre: an offset moves
+    /// traces by the deviation of the velocity from its mean, and the sharpest offset compensates for part of
+    /// such a swing.
     fn common_sigma_s(&self, likelihood: &OffsetLikelihood) -> f64 {
         let unsaid = &mut Warnings::default();
         let aligned = likelihood
@@ -494,7 +495,7 @@ impl Trial<'_> {
         })
     }
 
-    /// Where the traces of the echoes stand at an offset; none where one has no place.
+    /// Positions of the traces of the echoes at an offset; none where one trace has no position.
     fn places_at(
         &self,
         cleaned: &CleanedAt,
@@ -505,7 +506,7 @@ impl Trial<'_> {
         if found.is_some() {
             return Ok(found);
         }
-        // The same traces at every offset: what changes is where they stand.
+        // The same traces at every offset: only their positions change.
         let everywhere = AlignOptions {
             select: Select::All,
             ..self.align.clone()
@@ -520,9 +521,9 @@ impl Trial<'_> {
     }
 }
 
-/// An estimate with the deviation that the heights' own errors give it, by as much as it rests on height
-/// and motion. They are better than stated as a rule: were they weighed by it, the sharpness of images,
-/// which unrecorded tilts move, would draw the offset from a good height.
+/// An estimate with the deviation by errors of the heights included, in proportion to the weight of height
+/// and motion. Heights are usually better than stated: weighted by the stated deviation, the sharpness of
+/// images, which unrecorded tilts move, would pull the offset away from a good height.
 pub(crate) fn with_heights_error(
     estimate: OffsetEstimate,
     likelihood: &OffsetLikelihood,
@@ -545,8 +546,7 @@ fn nearest(likelihood: &OffsetLikelihood, offset_s: f64) -> Option<&Candidate> {
     candidates.min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
-/// Deviation of an offset by height and motion together with images that are never better than what they
-/// have in common (s).
+/// Deviation of an offset by height and motion combined with images, whose common error is a lower bound (s).
 fn least_sigma_s(likelihood: &OffsetLikelihood, found: &OffsetEstimate, common_s: f64) -> f64 {
     let nearest = nearest(likelihood, found.offset_s);
     let known_s = nearest.map_or(f64::INFINITY, |candidate| candidate.sigma_s);
@@ -572,13 +572,13 @@ fn widened(tried: &[(f64, f64)], common_s: f64) -> Vec<(f64, f64)> {
     tried.iter().map(|(t, _)| (*t, at(*t))).collect()
 }
 
-/// Log-likelihoods with what was known before.
+/// Log-likelihoods with those of the prior added.
 fn weighed_by(before: &OffsetEstimate, tried: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let known = |t: f64| -0.5 * ((t - before.offset_s) / before.sigma_s.max(1e-6)).powi(2);
     tried.iter().map(|(t, l)| (*t, l + known(*t))).collect()
 }
 
-/// Root mean square of how far the velocity of the traces is from its mean, along one direction (m/s).
+/// Root mean square of the deviation of the traces' velocity from its mean, along one direction (m/s).
 fn velocity_wander_m_s(aligned: &Aligned) -> f64 {
     let pairs = aligned.position_m.windows(2).zip(aligned.time_s.windows(2));
     let velocity: Vec<[f64; 3]> = pairs
@@ -602,7 +602,7 @@ fn sub_apertures(traces: usize) -> Vec<Range<usize>> {
         .collect()
 }
 
-/// How far any of the places is from that of the same trace in `middle_m` (m).
+/// Largest distance of a place from the place of the same trace in `middle_m` (m).
 fn farthest_m(placed: &[&Vec<[f64; 3]>], middle_m: &[[f64; 3]]) -> f64 {
     (placed
         .iter()

@@ -1,13 +1,13 @@
-//! Whether radar log and positions can belong together, before anything is searched: times that do not
-//! overlap, and times of positions that no flight has.
+//! Whether radar log and positions can belong together, before any search: times that do not overlap, and
+//! intervals between positions that no flight has.
 
 use crate::align::recording::Recording;
 use crate::align::{AlignError, no_overlap};
 use crate::choices::TimeOffset;
 use crate::position::Positions;
 
-/// How many times longer than the radar log positions last from which one leg between two of them, with the
-/// whole log within it, is no flight: a rail may be given by its ends.
+/// Two positions are accepted as the ends of a rail. Where the whole radar log lies between two positions,
+/// and all positions last this many times longer than the radar log, the interval is rejected.
 const MUCH_LONGER: f64 = 10.0;
 
 /// Why the clocks of a radar log and of positions cannot belong together.

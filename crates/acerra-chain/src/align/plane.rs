@@ -1,9 +1,9 @@
-//! The height of the ground, where neither terrain nor origin nor the campaign tells it.
+//! The height of the ground, where neither terrain nor origin nor the campaign gives it.
 //!
-//! The surface echo ties the ground to the delay at which range is zero: raising the ground by Δz
-//! moves the echo's expected time by −2Δz/c, and zero-timing follows. Along that line only the true
-//! ground bends the echoes of targets as they are bent: the image is sharpest there. Direct coupling,
-//! where it is seen, says within a few decimetres where to look.
+//! The surface echo ties the ground to the delay at which range is zero: raising the ground by Δz moves the
+//! echo's expected time by −2Δz/c, and zero-timing follows. Along that line of pairs of height and delay,
+//! echoes of targets have the right curvature only at the true ground, where the image is sharpest. Direct
+//! coupling, where it is seen, narrows the heights to a few decimetres.
 
 use acerra_geo::trajectory::Trajectory;
 use acerra_imaging::{ImagingError, PlaneGrid, TrialImage, TrialImages};
@@ -42,16 +42,16 @@ pub struct GroundFound {
 pub enum GroundError {
     /// No echo follows the height.
     #[error(
-        "[image] z_m: neither it, nor terrain, nor [trajectory] origin_deg_m tells the height of the \
-         ground, and at no clock offset does a surface echo follow the flight's height (do the logs \
-         belong together?); state one of them"
+        "[image] z_m: neither z_m, nor terrain, nor [trajectory] origin_deg_m gives the height of the \
+         ground, and at no clock offset does a surface echo follow the flight's height (do the logs belong \
+         together?); state one of them"
     )]
     NoSurface,
-    /// Two heights are as sharp, or none is.
+    /// Two heights are equally sharp, or none is sharp.
     #[error(
-        "[image] z_m: neither it, nor terrain, nor [trajectory] origin_deg_m tells the height of the \
-         ground; the image is as sharp on the ground at {first_m:.2} m as at {second_m:.2} m; state \
-         one of them, or [radar] delay_ns, with which the surface echo tells it"
+        "[image] z_m: neither z_m, nor terrain, nor [trajectory] origin_deg_m gives the height of the \
+         ground; the image is as sharp on the ground at {first_m:.2} m as at {second_m:.2} m; state one of \
+         them, or [radar] delay_ns, with which the surface echo gives the height"
     )]
     Ambiguous {
         /// The sharpest height (m).
@@ -76,10 +76,10 @@ pub enum GroundError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Where direct coupling stands after fast time zero (s), and how far it may be off.
+/// Fast time of the direct coupling after fast time zero (s), and its tolerance.
 const COUPLING_S: f64 = 1.0e-9;
 const COUPLING_SIGMA_S: f64 = 1.0e-9;
-/// Coupling counts where it stands so far above the rest of the mean trace (dB), this still (s).
+/// Least level of the coupling above the rest of the mean trace (dB), and its largest wander (s).
 const COUPLING_CONTRAST_DB: f64 = 20.0;
 const COUPLING_SPREAD_S: f64 = 0.1e-9;
 /// Delays of an instrument without a calibration (s).
@@ -91,7 +91,7 @@ const COARSE_STEP_M: f64 = 0.03;
 const FINE_STEP_M: f64 = 0.01;
 /// Heights tried about the coarse maximum (m).
 const FINE_REACH_M: f64 = 0.1;
-/// Heights nearer than this to the sharpest belong to it (m).
+/// Heights nearer than this to the sharpest count as the same maximum (m).
 const APART_M: f64 = 0.2;
 /// Logarithm of the fourth moment by which the sharpest must surpass every other.
 const LEAST_MARGIN: f64 = 0.3;
@@ -99,7 +99,7 @@ const LEAST_MARGIN: f64 = 0.3;
 /// Finds the ground under a recording whose scene leaves it open.
 ///
 /// # Errors
-/// A radargram that shows no surface, heights that cannot be told apart, cancellation.
+/// A radargram without a surface echo, heights that cannot be distinguished, cancellation.
 pub fn find_ground(
     recording: &Recording,
     scene: &Scene,

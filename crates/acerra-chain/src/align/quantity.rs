@@ -1,8 +1,8 @@
-//! Quantities of the whole flight or of a track, and what an autofocus says of them.
+//! Quantities of the whole flight or of a track, and their estimates by an autofocus.
 
 use serde::Serialize;
 
-/// What a quantity of the whole flight is.
+/// Kinds of quantities of the whole flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
@@ -22,7 +22,7 @@ pub enum Quantity {
     Height,
     /// Propagation speed, m/s.
     LightSpeed,
-    /// Delay of a track's instrument beside the others', ns.
+    /// Delay of a track's instrument relative to the other tracks', ns.
     TrackDelay,
     /// Phase of a track's instrument against the first track's, degrees.
     TrackPhase,
@@ -95,9 +95,10 @@ impl Quantity {
 pub struct GlobalCorrection {
     /// Which.
     pub quantity: Quantity,
-    /// The track whose it is, where there are several and each has its own.
+    /// The track that the quantity belongs to, where there are several tracks with a value each.
     pub track: Option<usize>,
-    /// Whether range zero moves with it: the surface set it, at the height that the positions have.
+    /// Whether range zero moves with the quantity: the surface echo defined range zero, at the height of the
+    /// positions.
     pub moves_zero: bool,
     /// Its value, in the quantity's unit.
     pub value: f64,

@@ -1,32 +1,32 @@
-//! Heights by the radar itself, from the surface echo over level ground, where those of the positions
+//! Heights by the radar itself, from the surface echo over level ground, where the heights of the positions
 //! are poor (`[trajectory] height = "radar"`).
 //!
-//! Single-point heights are metres off, and a few centimetres already cost focus. The surface echo
-//! tells the height above level ground to about 5 cm, up to the delay at which range is zero
-//! (Catapano et al. 2020, ref. 17). Where the delay is not stated, the level of the heights stays that
-//! of the positions, and zero-timing takes it up as it always does.
+//! Single-point heights are metres off, and a few centimetres already cost focus. The surface echo gives the
+//! height above level ground to about 5 cm, up to the delay at which range is zero (Catapano et al. 2020,
+//! ref. 17). Where the delay is not stated, the mean height stays that of the positions, and zero-timing uses
+//! that level as always.
 
 use acerra_radar::Radargram;
 use acerra_radar::clean::{SurfaceOptions, SurfaceTrack, track_surface};
 
 use crate::scene::Scene;
 
-/// Heights of the traces above the ground, as the radar tells them.
+/// Heights of the traces above the ground, measured by the radar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadarHeights {
     /// Height of each trace (m).
     pub height_m: Vec<f64>,
     /// Standard deviation of a height (m): the scatter of the picks, and the roughness of the ground.
     pub sigma_m: f64,
-    /// Standard deviation of the positions' heights about these, their common level aside (m).
+    /// Standard deviation of the positions' heights about the radar's, without their common level (m).
     pub positions_off_m: f64,
     /// Share of the traces whose echo was taken.
     pub picked: f64,
-    /// How far the echo stands out of the rest of the radargram once followed (dB).
+    /// Level of the followed echo above the rest of the radargram (dB).
     pub contrast_db: f64,
 }
 
-/// Why the radar tells no heights.
+/// Why the radar gives no heights.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadarHeightError {
@@ -55,10 +55,10 @@ pub enum RadarHeightError {
     },
 }
 
-/// How far the heights of the positions may be off (m), as far as the echo is followed.
+/// Largest error of the positions' heights up to which the echo is followed (m).
 const STRAY_M: f64 = 4.0;
-/// Time over which picks are one smooth curve (s), and distance from it from which a pick is none of
-/// the echo's (s).
+/// Length over which picks are one smooth curve (s), and distance from the curve from which a pick is an
+/// outlier (s).
 const SMOOTH_S: f64 = 0.6;
 const OUTLIER_S: f64 = 0.5e-9;
 /// Share of the traces that must show the echo.
@@ -69,7 +69,7 @@ const LEAST_CONTRAST_DB: f64 = 6.0;
 /// crest wanders smoothly.
 const ROUGHNESS_M: f64 = 0.05;
 
-/// What the positions say of a track whose heights are wanted.
+/// Data from the positions of a track whose heights are measured by the radar.
 #[derive(Clone, Copy, Debug)]
 pub struct PoorHeights<'a> {
     /// The selected traces, raw.
@@ -109,7 +109,7 @@ pub fn radar_heights(
         .map(|(r, h)| r - h)
         .collect();
     let level_m = median(&above_m);
-    // Of an unknown delay the positions tell the level.
+    // With an unknown delay, the positions give the level.
     let delay_m = poor.delay_s.map_or(level_m, |delay_s| half_c * delay_s);
     let off_m: Vec<f64> = above_m.iter().map(|d| (d - level_m).abs()).collect();
     Ok(RadarHeights {
@@ -122,8 +122,8 @@ pub fn radar_heights(
 }
 
 impl PoorHeights<'_> {
-    /// The echo near the positions' heights, or near a constant height where those wander more than
-    /// the flight does: whichever stands out more.
+    /// The echo near the positions' heights, or near a constant height where the positions' heights wander
+    /// more than the flight does: whichever echo is clearer.
     fn follow(&self, light_speed_m_s: f64) -> Result<SurfaceTrack, RadarHeightError> {
         let mut options = SurfaceOptions::default().with_follow_s(2.0 * STRAY_M / light_speed_m_s);
         if let Some(delay_s) = self.delay_s {
@@ -153,7 +153,7 @@ impl PoorHeights<'_> {
         match best {
             Some(track) if track.contrast_db >= LEAST_CONTRAST_DB => Ok(track),
             Some(track) => Err(RadarHeightError::NoEcho(format!(
-                "the clearest stands {:.1} dB out, {LEAST_CONTRAST_DB} dB are needed",
+                "the clearest is {:.1} dB above the rest, {LEAST_CONTRAST_DB} dB are needed",
                 track.contrast_db
             ))),
             None => Err(RadarHeightError::NoEcho(refused)),
@@ -167,12 +167,12 @@ struct Curve {
     fast_time_s: Vec<f64>,
     /// Picks that it goes through.
     kept: usize,
-    /// Standard deviation of those about it (s).
+    /// Standard deviation of the picks about the curve (s).
     scatter_s: f64,
 }
 
 impl Curve {
-    /// Medians over a short time find the outliers; means over what is left are the curve.
+    /// Medians over a short time find the outliers; means over the remaining picks are the curve.
     fn through(track: &SurfaceTrack, time_s: &[f64]) -> Self {
         let picks: Vec<(f64, f64)> = time_s
             .iter()
@@ -205,7 +205,7 @@ impl Curve {
     }
 }
 
-/// Linear interpolation between points, constant beyond the ends; 0 of none.
+/// Linear interpolation between points, constant beyond the ends; 0 without points.
 fn between(points: &[(f64, f64)], t: f64) -> f64 {
     let next = points.partition_point(|p| p.0 < t);
     match (
@@ -218,7 +218,7 @@ fn between(points: &[(f64, f64)], t: f64) -> f64 {
     }
 }
 
-/// The median of the finite values; 0 of none.
+/// The median of the finite values; 0 without one.
 pub(super) fn median(values: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,9 +1,10 @@
 //! The surface of the ground from the radar's own first echo (`[ground] surface = "radar"`).
 //!
-//! The first echo of the ground says how near its surface comes: no point of the surface lies within the ellipsoid of
-//! that path about transmitter and receiver (a sphere about one antenna), and one point lies on it. Under a dense track
-//! the surface is therefore the lower envelope of these ellipsoids, whatever its slope. Across a single track nothing
-//! says how the ground goes on: heights beside a track are those under the nearest traces.
+//! The delay of the ground's first echo bounds the surface: no point of the surface lies within the ellipsoid
+//! of that path about transmitter and receiver (a sphere about one antenna), and one point lies on it. Under
+//! a dense track the surface is therefore the lower envelope of these ellipsoids, whatever its slope. Across
+//! a single track the shape of the ground is unknown: heights to the side of a track are those under the
+//! nearest traces.
 
 use acerra_imaging::{ImagingError, PlaneGrid, SurfaceGrid};
 use acerra_radar::clean::{CleanError, SurfaceOptions, crests_near, track_surface};
@@ -61,7 +62,7 @@ const RELIEF_HEIGHTS: f64 = 0.25;
 const SAME_ECHO_S: f64 = 1e-9;
 /// Traces to either side whose median a pick is compared with.
 const NEIGHBOURS: usize = 4;
-/// A pick farther from that median is none of the surface's: in deviations, and at least so much path (m).
+/// A pick farther than this from that median is an outlier: in deviations, and least path difference (m).
 const OUTLIER_SIGMAS: f64 = 4.0;
 const LEAST_OUTLIER_M: f64 = 0.02;
 /// Share of the traces that must show the echo.
@@ -149,7 +150,7 @@ impl SeenTrack<'_> {
         options.follow_s = options.follow_s.max(relief_s);
         if let Some(delay_s) = self.delay_s {
             options = options.with_approximate_delay_s(delay_s);
-            // Coupling comes before half of the way.
+            // Direct coupling comes before half of the surface's path.
             options.search_s = options.search_s.min(typical_m / light_speed_m_s);
         }
         let track = track_surface(raw, height_m, &options)?;
@@ -244,8 +245,8 @@ fn spacing_m(under: &[[f64; 3]]) -> f64 {
     median(&steps.collect::<Vec<_>>()).max(1e-3)
 }
 
-/// Height beside the tracks: that under the nearest traces, with weights that fall with the fourth power of the
-/// distance beyond the distance of the traces.
+/// Height to the side of the tracks: that under the nearest traces, with weights that fall with the fourth
+/// power of the distance beyond the distance of the traces.
 fn beside_m(under: &[[f64; 3]], [x_m, y_m]: [f64; 2], spacing_m: f64) -> f64 {
     let mut sums = [0.0; 2];
     for [x, y, z] in under {

@@ -11,13 +11,13 @@ use crate::read::{RadarContent, RadarData};
 /// One flight, in memory.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// What it is called in reports and messages.
+    /// Name in reports and messages.
     pub name: String,
     /// What the radar measured.
     pub radar: RadarData,
     /// Where the radar was.
     pub positions: Positions,
-    /// Whether a file gives the positions in a frame of its own, whose axes are its word alone.
+    /// Whether a file gives the positions in a local frame whose axes nothing confirms.
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
     pub log_sources: LogSources,
@@ -75,7 +75,7 @@ pub struct TrackOptions {
     pub recorded_clock: Option<LoggedClock>,
 }
 
-/// Delay and phase that a track's instrument adds beside the others'.
+/// Delay and phase of a track's instrument relative to the other tracks'.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InstrumentError {
     /// Delay (ns).

@@ -4,10 +4,9 @@ use acerra_radar::{MovingOptions, moving_traces};
 
 use crate::choices::Select;
 
-/// Share of the traces outside the moving stretch from which a platform counts as standing much of
-/// the time.
+/// Share of traces outside the moving interval from which a platform counts as at rest for much of the time.
 const STANDING_SHARE: f64 = 0.25;
-/// Share of the moving traces that the longest moving stretch must hold to stand for all of them.
+/// Share of the moving traces that the longest moving interval must hold to represent all of them.
 const MOVING_SHARE: f64 = 0.9;
 
 /// A selection that cannot be.
@@ -24,7 +23,7 @@ pub enum SelectError {
         /// The number found.
         last: usize,
     },
-    /// The moving traces are wanted of a platform that stands.
+    /// Moving traces are selected, and the platform never moves.
     #[error("[radar] select = \"moving\": the platform never moves over ground")]
     NeverMoves,
 }
@@ -34,7 +33,7 @@ pub enum SelectError {
 pub struct Selection {
     /// Whether each trace of the log is selected.
     pub selected: Vec<bool>,
-    /// Whether the platform stands much of the time, and the choice was left to the data.
+    /// Whether the platform is at rest for much of the time, and the campaign left the choice to the data.
     pub stands: bool,
 }
 
@@ -85,7 +84,7 @@ fn known(speed_m_s: &[Option<f64>]) -> Vec<f64> {
     speed_m_s.iter().map(|v| v.unwrap_or(f64::NAN)).collect()
 }
 
-/// Whether a platform that moves at times stands during much of the rest.
+/// Whether a platform that moves at times is at rest during much of the remaining time.
 fn stands_much(speed_m_s: &[Option<f64>]) -> bool {
     let mut speed: Vec<f64> = speed_m_s.iter().copied().flatten().collect();
     speed.sort_by(f64::total_cmp);

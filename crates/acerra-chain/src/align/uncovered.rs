@@ -1,4 +1,4 @@
-//! Times at which radar log and positions cannot be compared: what a search that fails may have lacked.
+//! Times at which radar log and positions cannot be compared: a possible cause of a failed search.
 
 use crate::align::interpolator;
 use crate::align::recording::Recording;
@@ -8,7 +8,7 @@ use crate::position::Positions;
 /// Share of the radar log's time that positions last at least, as the finding `trajectory_coverage` asks.
 const LEAST_SHARE: f64 = 0.8;
 
-/// Says where the positions of a recording have gaps, and whether they last much less long than the radar log.
+/// Reports gaps of a recording's positions, and positions that cover much less time than the radar log.
 pub(crate) fn tell_uncovered(recording: &Recording, warnings: &mut Warnings) {
     let Positions::Trajectory(trajectory) = &recording.positions else {
         return;

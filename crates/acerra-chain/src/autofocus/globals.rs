@@ -1,6 +1,6 @@
-//! Quantities of the whole flight that an autofocus leaves free beside the places: delay, clock, lever arm,
-//! height above the scene, propagation speed; of each track, what its instrument and its positions have in common
-//! ([`tracks`](super::tracks)).
+//! Quantities of the whole flight that an autofocus leaves free in addition to the places: delay, clock,
+//! lever arm, height above the scene, propagation speed; for each track, instrument errors and the common
+//! error of its positions ([`tracks`](super::tracks)).
 
 use acerra_autofocus::{Effect, Global, GlobalFound};
 use acerra_geo::interpolate::Interpolator;
@@ -18,7 +18,7 @@ use crate::prepare::{Prepared, Track};
 /// motion.
 const HALF_WINDOW_S: f64 = 0.5;
 
-/// A quantity with what it does to the estimate.
+/// A quantity and its effect on the estimate.
 pub(super) struct Free {
     quantity: Quantity,
     track: Option<usize>,
@@ -73,7 +73,8 @@ impl Prepared {
                 add(quantity, which, sigma, effect);
             }
         }
-        // Tracks share the height above the scene; the surface sets range zero of all or of none.
+        // Tracks share the height above the scene; the surface echo defines range zero for all tracks or for
+        // none.
         let up = match self.tracks.iter().all(Track::has_zero_by_surface) {
             true => Effect::RiseOverSurface(0..traces),
             false => moved(traces, 0..traces, 2, |_| 1.0),
@@ -84,7 +85,7 @@ impl Prepared {
         Ok(free)
     }
 
-    /// Those of one track: its clock and its lever arm.
+    /// Clock and lever arm of one track.
     fn free_of(
         &self,
         track: &Track,
@@ -130,7 +131,7 @@ impl Prepared {
     }
 }
 
-/// Deviation of a track's clock offset: as stated, else that of one found from the data or recorded.
+/// Deviation of a track's clock offset: as stated, else that of an estimated or recorded offset.
 fn clock_sigma_s(track: &Track, options: &AutofocusOptions) -> f64 {
     let searched = track.search.as_ref().map(|search| search.estimate.sigma_s);
     let recorded = track.recorded_clock.as_ref().map(|clock| clock.sigma_s);
@@ -146,7 +147,7 @@ struct Flown<'a> {
 }
 
 impl Flown<'_> {
-    /// What a later trajectory time does: places move along the path, by `scale` of the radar time a unit.
+    /// Effect of a later trajectory time: places move along the path, by `scale` of the radar time a unit.
     fn later(&self, scale: impl Fn(f64) -> f64) -> Effect {
         let aligned = &self.prepared.aligned;
         let at = interpolator(None, self.trajectory);
@@ -156,7 +157,7 @@ impl Flown<'_> {
             let scale = scale(aligned.time_s[m]);
             let (mut rate, mut bend) = motion(&at, aligned.time_s[m] + self.track.time_offset_s);
             if aligned.radar_height.is_some() {
-                // Heights by the radar are those of the trace, whatever the clock.
+                // Heights by the radar belong to the trace, whatever the clock.
                 (rate[2], bend[2]) = (0.0, 0.0);
             }
             first[m] = rate.map(|v| v * scale);
@@ -165,7 +166,7 @@ impl Flown<'_> {
         Effect::Position { first, second }
     }
 
-    /// What a lever arm does that is longer along an axis: forward, left, up.
+    /// Effect of a longer lever arm along an axis: forward, left, up.
     fn longer_arm(&self, axis: usize) -> Result<Effect, AutofocusFailure> {
         let aligned = &self.prepared.aligned;
         let mut arm_m = [0.0; 3];
@@ -190,7 +191,7 @@ impl Flown<'_> {
 }
 
 /// Velocity and acceleration (m/s, m/s²) by the parabola through the places half a window before and after;
-/// by what is covered of it at the ends of a trajectory and beside its gaps.
+/// by the covered part of the window at the ends of a trajectory and next to its gaps.
 fn motion(at: &Interpolator<'_>, time_s: f64) -> ([f64; 3], [f64; 3]) {
     let own = at.at(time_s).position_m;
     let [before, after] = [-1.0, 1.0].map(|side| {

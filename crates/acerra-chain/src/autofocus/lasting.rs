@@ -1,9 +1,10 @@
 //! Errors of positions that last for a whole track.
 //!
-//! The error of a float position is that of its ambiguities, which lasts for minutes, and that of its phases, which
-//! is as small as a fixed position's. The first is a shift of the track and its change along it; the second alone
-//! changes from trace to trace. Heights by the radar have neither. A track whose positions are float in part has no
-//! shift in common: its errors are taken as the positions state them, from trace to trace.
+//! The error of a float position is the sum of the error of its ambiguities, which lasts for minutes, and the
+//! error of its phases, which is as small as a fixed position's. The error of the ambiguities is a shift of
+//! the track and a slow change along it; the error of the phases alone changes from trace to trace. Heights
+//! by the radar have neither error. A track whose positions are only partly float has no shift in common: its
+//! errors are taken as the positions state them, from trace to trace.
 
 use acerra_geo::matrix::Matrix3;
 use acerra_geo::trajectory::SolutionStatus;
@@ -22,13 +23,13 @@ pub(super) struct Lasting {
 }
 
 impl Prepared {
-    /// What lasts of the errors of a track's positions: as stated, else that of float positions.
+    /// Slow part of the errors of a track's positions: as stated, else that of float positions.
     pub(super) fn lasting(&self, track: &Track, options: &AutofocusOptions) -> Lasting {
         let of_float_m = self
             .float_sigma_m(track)
             .filter(|_| options.sigma_m.is_none());
         let shift_sigma_m = options.track_shift_sigma_m.or(of_float_m);
-        // A Matérn process of order 3/2 of this length changes by √3 of its deviation in it.
+        // A Matérn process of order 3/2 changes by √3 of its deviation over its correlation length.
         let usual = ErrorCorrelation::default();
         let slowest = usual.ambiguities.iter().map(|part| part.time_constant_s);
         let rate_1_s = 3_f64.sqrt() / slowest.fold(f64::MIN_POSITIVE, f64::max);
@@ -38,7 +39,7 @@ impl Prepared {
         }
     }
 
-    /// What changes from trace to trace of errors of these covariances, one a trace (m²).
+    /// The fast part of errors with these covariances, one a trace (m²).
     pub(super) fn keep_what_changes(&self, covariance_m2: &mut [Matrix3]) {
         let of_phases_m2 = ErrorCorrelation::default().fixed_variance_m2;
         let axes = self.axes_of_positions();
@@ -77,7 +78,8 @@ impl Prepared {
     }
 }
 
-/// What of a float position's covariance its phases leave, of the first `axes` axes; the others have their own.
+/// The share of a float position's covariance that its phases leave, of the first `axes` axes; other axes
+/// keep their covariance.
 fn of_phases(covariance_m2: &Matrix3, axes: usize, of_phases_m2: f64) -> Matrix3 {
     let total_m2: f64 = (0..axes).map(|i| covariance_m2[i][i]).sum();
     let share = (of_phases_m2 / total_m2).min(1.0).sqrt();
@@ -97,7 +99,7 @@ mod tests {
             assert!((all[i][i] - expected).abs() < 1e-12);
         }
         assert!((all[0][1] - 5e-6).abs() < 1e-12);
-        // Heights by the radar keep what they have.
+        // Heights by the radar keep their covariance.
         let level = of_phases(&wide, 2, 1e-4);
         assert!((level[0][0] - 5e-5).abs() < 1e-12 && level[2][2] == 0.12);
         let good = [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 4e-6]];

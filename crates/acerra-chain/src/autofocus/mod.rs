@@ -1,7 +1,7 @@
 //! Autofocus: the places of the traces from the echoes of prominent points, between `clean` and `focus`.
 //!
-//! The prior is what the positions say of themselves: their covariances, trace by trace, and how long
-//! errors last.
+//! The prior is the positions' own statement of their errors: covariances, trace by trace, and the
+//! correlation time.
 
 mod globals;
 mod lasting;
@@ -30,15 +30,15 @@ pub use options::{AutofocusFailure, AutofocusOptions};
 const MOST_PIXELS: f64 = 400_000.0;
 /// Errors last at least so long by default (s).
 const LEAST_CORRELATION_S: f64 = 0.25;
-/// Errors last so many sampling intervals of the positions by default: what is interpolated between
+/// Default correlation time of errors in sampling intervals of the positions: a position interpolated between
 /// two epochs has the errors of both.
 const CORRELATED_SAMPLES: f64 = 2.0;
 /// Time between tracks on the axis of the prior: their errors are independent (s).
 const BETWEEN_TRACKS_S: f64 = 1e6;
 
 impl Prepared {
-    /// Estimates the errors of the places from the echoes, and corrects the places where that is
-    /// significant. What the positions had stays in [`Prepared::correction`].
+    /// Estimates the errors of the places from the echoes, and corrects the places where the corrections are
+    /// significant. The statistics of the original positions stay in [`Prepared::correction`].
     ///
     /// # Errors
     /// Positions without deviations, data that are refused, cancellation.
@@ -138,7 +138,7 @@ impl Prepared {
         Ok(found?)
     }
 
-    /// The prior of the places' errors, and how long they last (s).
+    /// The prior of the places' errors, and the correlation time (s).
     pub(crate) fn position_prior(
         &self,
         options: &AutofocusOptions,
@@ -185,7 +185,7 @@ impl Prepared {
         Some(found)
     }
 
-    /// Takes off the spectra what was found of the instruments' delays and phases, so many times.
+    /// Removes the estimated delays and phases of the instruments from the spectra, `times` fold.
     fn take_off(&mut self, correction: &PathCorrection, times: f64) {
         let Spectrum {
             frequency_hz,
@@ -233,8 +233,8 @@ impl Prepared {
     }
 }
 
-/// A covariance of these deviations. Two axes are as correlated as `full` has them if it gives both their
-/// deviations; one whose deviation is another's, as that of heights by the radar, is independent.
+/// A covariance of these deviations. The correlation of two axes is that of `full` where `full` has the
+/// deviations of both; an axis with another deviation, as heights by the radar have, is independent.
 fn with_deviations(full: Option<Matrix3>, sigma_m: [f64; 3]) -> Matrix3 {
     let stated = |i: usize, c: &Matrix3| {
         let own_m = c[i][i].max(0.0).sqrt();
@@ -248,7 +248,7 @@ fn with_deviations(full: Option<Matrix3>, sigma_m: [f64; 3]) -> Matrix3 {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| of(i, j)))
 }
 
-/// How long errors of a track's positions last, from how often there is one (s).
+/// Correlation time of the errors of a track's positions, from the interval of the positions (s).
 fn lasting_s(track: &Track) -> f64 {
     let interval_s = match &track.positions {
         Positions::Trajectory(trajectory) => trajectory.sample_interval_s(),

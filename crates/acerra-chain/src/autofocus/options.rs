@@ -1,4 +1,4 @@
-//! Parameters of an autofocus, and why there is none.
+//! Parameters of an autofocus, and why an autofocus is refused.
 
 use acerra_autofocus::AutofocusError;
 use acerra_geo::lever_arm::LeverArmError;
@@ -17,41 +17,42 @@ use crate::control::Cancelled;
 pub struct AutofocusOptions {
     /// Whether positions are corrected; also by `acerra focus --autofocus`.
     pub enabled: bool,
-    /// Standard deviations of the positions, east, north, up (metres), whose errors are then taken as
+    /// Standard deviations of the positions, east, north, up (metres), whose errors are then assumed
     /// independent; by default the covariances that the positions state.
     pub sigma_m: Option<[f64; 3]>,
-    /// How long errors of the positions last, in seconds; by default two sampling intervals of the
+    /// Correlation time of the errors of the positions, in seconds; by default two sampling intervals of the
     /// positions, at least 0.25 s.
     pub correlation_s: Option<f64>,
-    /// Standard deviation of the fast time at which range is zero, in nanoseconds: where it is above
-    /// 0, the estimate leaves it free. By default that of a delay found from the data, and 0 for one that was
-    /// stated.
+    /// Standard deviation of the fast time at which range is zero, in nanoseconds: above 0, the autofocus
+    /// estimates the delay. By default the deviation of a delay found from the data, and 0 for a stated
+    /// delay.
     pub delay_sigma_ns: Option<f64>,
-    /// Standard deviation of each track's clock offset, in seconds: where it is above 0, the estimate
-    /// leaves it free, as the quantities that follow. By default that of an offset found from the data or
-    /// recorded beside the radar log, and 0 for one that was stated.
+    /// Standard deviation of each track's clock offset, in seconds: above 0, the autofocus estimates the
+    /// offset; likewise for the quantities that follow. By default the deviation of an offset found from the
+    /// data or recorded with the radar log, and 0 for a stated offset.
     pub clock_offset_sigma_s: Option<f64>,
-    /// Standard deviation of the drift of that offset, in parts per million.
+    /// Standard deviation of the drift of each track's clock offset, in parts per million.
     pub clock_drift_sigma_ppm: f64,
     /// Standard deviations of each track's lever arm, forward, left, up (metres).
     pub lever_arm_sigma_m: [f64; 3],
-    /// Standard deviation of the height of all traces above the scene, in metres: of an error that the
-    /// positions' heights or the scene's have in common.
+    /// Standard deviation of the height of all traces above the scene, in metres: a common error of the
+    /// positions' heights or of the scene's height.
     pub height_sigma_m: f64,
     /// Standard deviation of the propagation speed, in metres per second.
     pub light_speed_sigma_m_s: f64,
-    /// Standard deviation of what each track's instrument delays beside the others', in nanoseconds; of
-    /// several tracks alone. By default that of delays found from the data, and 0 for those that were stated.
+    /// Standard deviation of each instrument's delay relative to the first track's, in nanoseconds; used with
+    /// several tracks only. By default the deviation of delays found from the data, and 0 for stated delays.
     pub track_delay_sigma_ns: Option<f64>,
-    /// Standard deviation of each track's phase against the first's, in degrees, 104 for one of which nothing
-    /// is known; of several tracks summed coherently alone.
+    /// Standard deviation of each track's phase relative to the first track's, in degrees, 104 for an unknown
+    /// phase; used with several tracks summed coherently only.
     pub track_phase_sigma_deg: f64,
-    /// Standard deviations of an error that each track's positions have in common, east, north, up
-    /// (metres). By default those that float positions state, which err alike for minutes, and 0 for others.
+    /// Standard deviations of an error that each track's positions have in common, east, north, up (metres).
+    /// By default the deviations that float positions state, whose errors are equal for minutes, and 0 for
+    /// other positions.
     pub track_shift_sigma_m: Option<[f64; 3]>,
     /// Most points used; 24 by default.
     pub max_points: Option<usize>,
-    /// How the tracks are summed, as `[tracks] sum` states: summed by powers, a point has a phase of its own in
+    /// How the tracks are summed, as `[tracks] sum` states: summed by powers, a point has a separate phase in
     /// each track.
     #[serde(skip)]
     pub sum: Sum,
@@ -64,7 +65,7 @@ pub enum AutofocusFailure {
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// Nothing says how good the positions are.
+    /// The positions state no deviations.
     #[error(
         "[autofocus] sigma_m: expected standard deviations of the positions, here or in the trajectory, \
          found none"
@@ -76,7 +77,7 @@ pub enum AutofocusFailure {
          found positions that came with the traces, which have neither clock nor lever arm"
     )]
     PlacedByTrace,
-    /// Nothing tells where a lever arm points.
+    /// The heading of the lever arm is unknown.
     #[error("[autofocus] lever_arm_sigma_m: {0}")]
     LeverArm(LeverArmError),
     /// Data that it refuses.

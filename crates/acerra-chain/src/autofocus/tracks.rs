@@ -1,5 +1,5 @@
-//! Quantities of each track that an autofocus leaves free: what its instrument adds beside the others', and what
-//! the errors of its positions have in common.
+//! Quantities of each track that an autofocus estimates: delay and phase of the track's instrument, and the
+//! common error of its positions.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use crate::choices::Sum;
 use crate::prepare::{Prepared, Track};
 
 impl Prepared {
-    /// What a track's instrument adds beside the others', and what its positions have in common.
+    /// Delay and phase of a track's instrument, and the common error of the track's positions.
     pub(super) fn in_common(
         &self,
         number: usize,
@@ -27,7 +27,7 @@ impl Prepared {
             let sigma_ns = options.track_delay_sigma_ns.unwrap_or_else(found_ns);
             free.push((Quantity::TrackDelay, sigma_ns, Effect::Delay(own.clone())));
         }
-        // The first track's phase is that of the points.
+        // The phases of the points are relative to the first track.
         if number > 0 && options.sum == Sum::Coherent {
             let sigma_deg = options.track_phase_sigma_deg;
             free.push((Quantity::TrackPhase, sigma_deg, Effect::Phase(own)));
@@ -67,8 +67,8 @@ impl Prepared {
         free
     }
 
-    /// Deviation of the fast time at which range is zero of a single track: as stated, else that of one found
-    /// from the data.
+    /// Deviation of the fast time at which range is zero of a single track: as stated, else that of an
+    /// estimated delay.
     pub(super) fn delay_sigma_ns(&self, options: &AutofocusOptions) -> f64 {
         let found_ns = || match self.tracks.as_slice() {
             [only] => found_delay_sigma_ns(only),
@@ -84,7 +84,7 @@ fn found_delay_sigma_ns(track: &Track) -> f64 {
     found.map_or(0.0, |delay| 1e9 * delay.sigma_s)
 }
 
-/// A shift of these traces along an axis, of each by so much a unit.
+/// A shift of these traces along an axis, with the shift of each trace for one unit.
 pub(super) fn moved(
     traces: usize,
     own: Range<usize>,

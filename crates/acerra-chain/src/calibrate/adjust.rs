@@ -1,5 +1,5 @@
-//! The adjustment: Gauss-Newton on the echoes' apparent ranges, with the positions' slow errors
-//! estimated beside and eliminated, the noise taken from the data, and outliers left out.
+//! The adjustment: Gauss-Newton on the echoes' apparent ranges. The positions' slow errors are estimated too
+//! and eliminated, the noise is taken from the data, and outliers are left out.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,7 @@ const MOST_ITERATIONS: usize = 40;
 const NOISE_ITERATIONS: usize = 8;
 /// Change, in deviations, below which it has settled.
 const SETTLED: f64 = 0.01;
-/// Residuals beyond so many deviations are outliers.
+/// Deviations beyond which a residual is an outlier.
 const OUTLIER: f64 = 3.5;
 /// Largest change of a lever arm in an iteration (m).
 const LARGEST_STEP_M: f64 = 0.5;
@@ -41,7 +41,7 @@ pub(super) struct Normal {
     /// Information matrix (SI units).
     pub information: DMatrix<f64>,
     gradient: DVector<f64>,
-    /// What the nuisances take for given steps: offset and slope.
+    /// The nuisance parameters as functions of given steps: offset and slope.
     nuisance: (DVector<f64>, DMatrix<f64>),
     /// Unknowns that the data spend on the nuisances.
     nuisance_freedom: f64,
@@ -60,7 +60,7 @@ pub(super) struct Adjusted {
     pub normal: Normal,
     /// Residual of each echo (m).
     pub residual_m: Vec<f64>,
-    /// Whether each echo took part.
+    /// Whether each echo is used.
     pub kept: Vec<bool>,
     /// Standard deviation of each echo (m).
     pub sigma_m: Vec<f64>,
@@ -113,8 +113,8 @@ impl<'a> Adjustment<'a> {
         self.drifts.iter().all(Option::is_some)
     }
 
-    /// The information that the echoes hold about the unknowns near some values. The noise is what
-    /// is left when all unknowns are free, so that wrong values of the campaign do not pass for it.
+    /// The information of the echoes about the unknowns near some values. The noise is the scatter of the
+    /// residuals when all unknowns are free, so that wrong values of the campaign do not count as noise.
     pub fn information(&self, values: &Values) -> DMatrix<f64> {
         let at = self.linearise(values);
         let all: Vec<usize> = (0..self.parameters.len()).collect();
@@ -173,7 +173,7 @@ impl<'a> Adjustment<'a> {
         })
     }
 
-    /// Moves the values; returns the unknown that changes most, and by how many deviations.
+    /// Updates the values; returns the unknown that changes most, and its change in deviations.
     fn apply(
         &self,
         values: &mut Values,
@@ -212,7 +212,7 @@ impl<'a> Adjustment<'a> {
         for echo in self.echoes {
             let pose = self.samplers[echo.track].at(echo.time_s, values.time_offset_s[echo.track]);
             let Some(pose) = pose else {
-                // Beyond the path's end at this offset: says nothing.
+                // Beyond the path's end at this offset: no observation.
                 out.misfit_m.push(0.0);
                 out.slope.push(vec![0.0; self.parameters.len()]);
                 out.by_position.push([0.0; 3]);
@@ -285,7 +285,7 @@ impl<'a> Adjustment<'a> {
             .collect()
     }
 
-    /// What is left of the misfits after a step and the nuisances that go with it (m).
+    /// The misfits after a step and the corresponding nuisances (m).
     fn residuals(
         &self,
         at: &Linearised,
@@ -319,7 +319,7 @@ impl<'a> Adjustment<'a> {
     }
 }
 
-/// Which echoes take part, and how far they scatter.
+/// Echoes used, and their scatter.
 struct Noise {
     kept: Vec<bool>,
     sigma_m: Vec<f64>,
@@ -337,8 +337,8 @@ impl Adjustment<'_> {
         self.noise(&centred, 0.0)
     }
 
-    /// Outliers, and the noise of what is left, reflector by reflector. `freedom` unknowns were
-    /// spent. Residuals that resemble their neighbours in time count as fewer.
+    /// Outliers, and the noise of the remaining residuals, reflector by reflector. `freedom` unknowns were
+    /// estimated. Residuals correlated with their neighbours in time count as fewer.
     fn noise(&self, residual_m: &[f64], freedom: f64) -> Noise {
         let mut kept = vec![false; self.echoes.len()];
         let mut sigma_m = vec![1.0; self.echoes.len()];
@@ -364,8 +364,8 @@ impl Adjustment<'_> {
         Noise { kept, sigma_m }
     }
 
-    /// By how much the variance of a mean exceeds that of independent residuals: (1 + ρ)/(1 − ρ)
-    /// of a first-order process whose neighbours correlate with ρ, where ρ is significant.
+    /// Ratio of the variance of a mean to that for independent residuals: (1 + ρ)/(1 − ρ) of a first-order
+    /// process whose neighbours correlate with ρ, where ρ is significant.
     fn excess(&self, series: &[usize], relative: impl Fn(usize) -> f64) -> f64 {
         let power: f64 = series.iter().map(|k| relative(*k).powi(2)).sum();
         let product: f64 = series
@@ -403,7 +403,7 @@ fn pick(vector: &DVector<f64>, rows: &[usize]) -> DVector<f64> {
     DVector::from_fn(rows.len(), |i, _| vector[rows[i]])
 }
 
-/// The inverse of a symmetric matrix without negative eigenvalues. It is scaled to a unit diagonal
+/// The inverse of a symmetric matrix without negative eigenvalues. The matrix is scaled to a unit diagonal
 /// first; a direction without information gets a very large variance instead of none.
 pub(super) fn invert(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     const RIDGE: f64 = 1e-12;
@@ -429,8 +429,8 @@ pub(super) fn invert(matrix: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 impl Normal {
-    /// How far the data want to move a held unknown, and the deviation of that, when the free ones
-    /// move along (score test; SI units).
+    /// The estimate of a held unknown relative to its held value, and its deviation, when the free unknowns
+    /// are estimated along with it (score test; SI units).
     pub fn wanted(&self, held: usize, free: &[usize]) -> (f64, f64) {
         let information = select(&self.information, free, free);
         let cross = select(&self.information, &[held], free);

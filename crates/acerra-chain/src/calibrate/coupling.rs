@@ -7,8 +7,8 @@ use crate::journal::warnings::Warnings;
 
 /// Deviations between the delay found and that of the coupling from which they contradict.
 const CONTRADICTS: f64 = 4.0;
-/// Delays of cables and electronics that a coupling may have (s): what seems to be one later than that is
-/// another still echo, in a window that opens after the coupling.
+/// Delays of cables and electronics that a coupling may have (s): a later echo is another constant echo, in a
+/// window that opens after the coupling.
 const POSSIBLE_S: [f64; 2] = [-1e-9, 20e-9];
 
 /// Warns where the direct coupling of a track speaks for another delay than the one found.

@@ -1,11 +1,11 @@
-//! Errors of the positions that change slowly, as those of carrier-phase positions do: a
-//! Gauss-Markov process (Ornstein-Uhlenbeck) for each axis of each track, with the deviations that
-//! the trajectory states. Its values at knots are unknowns of the adjustment with that prior; what is
-//! common to a whole track is contained in it.
+//! Errors of the positions that change slowly, as those of carrier-phase positions do: a Gauss-Markov process
+//! (Ornstein-Uhlenbeck) for each axis of each track, with the deviations that the trajectory states. The
+//! values of the process at knots are unknowns of the adjustment, with the process as prior; the common error
+//! of a whole track is included.
 
 use super::knots::Knots;
 
-/// Knots in a correlation time: what linear interpolation between them leaves has at most 1/64 of the
+/// Knots in a correlation time: the error of linear interpolation between knots has at most 1/64 of the
 /// variance, an eighth of the deviation.
 const KNOTS_PER_CORRELATION: f64 = 32.0;
 /// Most knots of a track.
@@ -14,7 +14,7 @@ const MOST_KNOTS: f64 = 2000.0;
 /// The position errors of one track.
 #[derive(Clone, Debug)]
 pub(super) struct Drift {
-    /// First unknown of it among those of all tracks.
+    /// Its first unknown among those of all tracks.
     first: usize,
     start_s: f64,
     step_s: f64,
@@ -42,18 +42,18 @@ impl Drift {
         correlation_s: f64,
         first: usize,
     ) -> Option<Self> {
-        let told: Vec<[f64; 3]> = sigma_m.iter().copied().collect::<Option<_>>()?;
+        let stated: Vec<[f64; 3]> = sigma_m.iter().copied().collect::<Option<_>>()?;
         let (start_s, end_s) = (*time_s.first()?, *time_s.last()?);
-        if told.iter().flatten().all(|s| *s == 0.0) {
+        if stated.iter().flatten().all(|s| *s == 0.0) {
             return None;
         }
         let step_s = (correlation_s / KNOTS_PER_CORRELATION).max((end_s - start_s) / MOST_KNOTS);
         let knots = ((end_s - start_s) / step_s).floor() as usize + 2;
         let sigma = |knot: usize| {
             let t = start_s + knot as f64 * step_s;
-            let k = time_s.partition_point(|s| *s < t).min(told.len() - 1);
-            // A deviation of zero beside others would fix the process there.
-            told[k].map(|s| s.max(1e-5))
+            let k = time_s.partition_point(|s| *s < t).min(stated.len() - 1);
+            // A deviation of zero next to others would fix the process there.
+            stated[k].map(|s| s.max(1e-5))
         };
         Some(Self {
             first,
@@ -69,7 +69,7 @@ impl Drift {
         3 * self.sigma_m.len()
     }
 
-    /// What a trace at a time within the process has of it.
+    /// Interpolation weights of a trace at a time within the process.
     pub fn shares(&self, time_s: f64) -> [Share; 2] {
         let at = ((time_s - self.start_s) / self.step_s).max(0.0);
         let knot = (at.floor() as usize).min(self.sigma_m.len() - 2);

@@ -10,7 +10,7 @@ use rustfft::FftPlanner;
 pub(super) struct Profiles {
     /// Radar time of each trace (s).
     pub time_s: Vec<f64>,
-    /// Median of each trace's envelope: what stands for noise and clutter.
+    /// Median of each trace's envelope: the measure of noise and clutter.
     pub floor: Vec<f64>,
     start_s: f64,
     step_s: f64,
@@ -31,7 +31,7 @@ pub(super) struct Crest {
 }
 
 impl Profiles {
-    /// The envelopes of what lies within a band (Hz).
+    /// The envelopes of the signals within a band (Hz).
     pub fn new(radargram: &Radargram, band_hz: [f64; 2]) -> Self {
         let middle_hz = 0.5 * (band_hz[0] + band_hz[1]);
         let mixed = mixed_down(radargram, band_hz);
@@ -148,8 +148,8 @@ fn vertex(row: &[f32], top: usize) -> (f64, f64) {
     (fraction, constant + 0.5 * (y1 / s2) * fraction)
 }
 
-/// The analytic signal of what lies within a band, mixed down by its middle, row by row; the band of
-/// complex samples is taken as it is.
+/// The analytic signal within a band, mixed down by the middle of the band, row by row; complex samples keep
+/// their band.
 fn mixed_down(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<Complex32> {
     let n = radargram.samples_per_trace;
     let middle_hz = 0.5 * (band_hz[0] + band_hz[1]);
@@ -202,7 +202,7 @@ fn pass(frequency_hz: f64, [from_hz, to_hz]: [f64; 2]) -> f64 {
     }
 }
 
-/// The median of some numbers; zero of none.
+/// The median of some numbers; zero of an empty list.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {

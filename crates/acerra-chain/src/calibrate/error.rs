@@ -52,8 +52,7 @@ pub enum CalibrateError {
     /// Nothing is in focus at the reflectors.
     #[error(
         "no echo follows the reflectors: of all delays within {delay_ns:?} ns and offsets within {offset_s:?} s \
-         the one that focuses them best is {contrast_db:.1} dB above the median, at least {needed_db:.1} dB \
-         are needed; check the places of the reflectors and [trajectory] time_offset_s"
+         the best focus is {contrast_db:.1} dB above the median, at least {needed_db:.1} dB are needed; check the places of the reflectors and [trajectory] time_offset_s"
     )]
     NoEcho {
         /// Delays tried (ns).
@@ -79,8 +78,8 @@ pub enum CalibrateError {
     /// The reflectors are in focus where range zero lies before anything is transmitted.
     #[error(
         "the reflectors are in focus at the delay {delay_ns:.2} ns and the offset {offset_s:.3} s \
-         alone, which puts range zero before the radar's own time zero: another echo is taken for \
-         theirs; check the places of the reflectors and [trajectory] time_offset_s"
+         alone, which puts range zero before the radar's own time zero: another echo was mistaken \
+         for the reflectors'; check the places of the reflectors and [trajectory] time_offset_s"
     )]
     BeforeZero {
         /// The delay (ns).
@@ -109,13 +108,13 @@ pub enum CalibrateError {
         iterations: usize,
         /// The unknown that changes most.
         parameter: String,
-        /// Its last change over its standard deviation.
+        /// Last change of an unknown over its standard deviation.
         step: f64,
     },
     /// Traces at rest that show no echo at the range stated.
     #[error(
-        "no echo stands out at {range_m} m: the strongest is {contrast_db:.1} dB above the median \
-         of the trace, at least {needed_db:.1} dB are needed"
+        "no clear echo at {range_m} m: the strongest is {contrast_db:.1} dB above the median of the trace, \
+         at least {needed_db:.1} dB are needed"
     )]
     NothingAtRange {
         /// The range (m).
@@ -134,7 +133,7 @@ pub struct Solution {
     pub delay_ns: f64,
     /// Clock offset (s).
     pub offset_s: f64,
-    /// Its level below that of the best (dB).
+    /// Level of the second solution below the best (dB).
     pub below_db: f64,
 }
 

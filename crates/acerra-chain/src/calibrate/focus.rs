@@ -1,10 +1,10 @@
 //! Focus of the surveyed reflectors: their echoes summed coherently over stretches of the track that see
 //! them from one side, on a patch about each surveyed place.
 //!
-//! Survey, lever arm and positions may be off by decimetres. The echo still comes into focus, but beside the
-//! surveyed place: what counts is the level of the patch, less what the distance costs. A stretch turns its
-//! line of sight by [`TURN_RAD`] at most, so that errors which differ along the track move the focus of each
-//! stretch by itself.
+//! Survey, lever arm and positions may be off by decimetres. The echo still comes into focus, but next to the
+//! surveyed place: the score is the level of the patch, less a penalty for the distance. The line of sight
+//! turns by [`TURN_RAD`] at most within a stretch, so that errors which differ along the track move the focus
+//! of each stretch separately.
 
 use num_complex::Complex32;
 
@@ -21,8 +21,8 @@ const FEWEST_TRACES: usize = 4;
 /// Radius of the patch, and the spacing of its points (m).
 const PATCH_M: f64 = 0.36;
 const PATCH_STEP_M: f64 = 0.04;
-/// What survey, lever arm and positions may be off (m), and what such a distance costs (a power ratio's
-/// logarithm).
+/// Combined error of survey, lever arm and positions (m), and the penalty for such a distance (a power
+/// ratio's logarithm).
 const PLACE_SIGMA_M: f64 = 0.15;
 const PLACE_COST: f64 = 0.25;
 
@@ -40,7 +40,7 @@ pub(super) struct Stretch {
 /// Where a stretch is in focus.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Focus {
-    /// Logarithm of the power of the mean echo, less what its distance from the surveyed place costs.
+    /// Logarithm of the power of the mean echo, less the penalty for the distance from the surveyed place.
     pub level: f64,
     /// East and north from the surveyed place (m).
     pub off_m: [f64; 2],
@@ -87,7 +87,7 @@ pub(super) fn stretches(
     all
 }
 
-/// The path that each trace covers, half of that to both neighbours (m); the same for all of a platform at
+/// The path that each trace covers, half the way to each neighbour (m); equal for all traces of a platform at
 /// rest.
 fn path_m(centre_m: &[Option<[f64; 3]>], traces: &[usize], at_rest: bool) -> Vec<f64> {
     if at_rest {
@@ -116,7 +116,7 @@ pub(super) struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
-    /// Places a stretch; of many traces evenly spread ones, unless `all` are wanted.
+    /// Number of places a stretch; of many traces evenly spread ones, unless `all` are requested.
     pub fn at(
         stretch: &'a Stretch,
         setting: &Setting<'_>,
@@ -156,7 +156,7 @@ impl<'a> Placed<'a> {
         self.traces.iter().map(time).collect()
     }
 
-    /// Where the stretch is in focus at each of these delays. A platform at rest resolves no place.
+    /// Place at which the stretch is in focus at each of these delays. A platform at rest resolves no place.
     pub fn focus(
         &self,
         setting: &Setting<'_>,

@@ -21,8 +21,8 @@ impl Knots {
         }
     }
 
-    /// Adds to the coupling of two unknowns of the same or of neighbouring knots; the symmetric element
-    /// on the diagonal blocks is added by its own call, beside them by this one.
+    /// Adds to the coupling of two unknowns of the same or of neighbouring knots. On the diagonal blocks the
+    /// symmetric element needs its own call; off the diagonal this call adds it.
     pub fn add(&mut self, a: usize, b: usize, value: f64) {
         if a / 3 == b / 3 {
             self.own[a / 3][(a % 3, b % 3)] += value;
@@ -97,8 +97,9 @@ impl Factorised<'_> {
         DMatrix::from_fn(right.nrows(), right.ncols(), |i, j| columns[j][i])
     }
 
-    /// Trace of the inverse times another matrix of this structure: the unknowns that the data of that
-    /// matrix determine. Only the blocks of the inverse that meet it are formed (Takahashi's equations).
+    /// Trace of the inverse times another matrix of this structure: the number of unknowns that the data of
+    /// the other matrix determine. Only the blocks of the inverse that overlap with the other matrix are
+    /// formed (Takahashi's equations).
     pub fn trace_of_inverse_times(&self, other: &Knots) -> f64 {
         let mut trace = 0.0;
         let mut after = Matrix3::zeros();

@@ -5,10 +5,10 @@
 //! 2. Delay and offset at which the reflectors are in focus (`focus`) are where to start (`search`).
 //! 3. In each trace the crest near the predicted range is an observation (`track`); where single traces do
 //!    not show the reflectors, in each coherent sum of some (`stretch_echoes`).
-//! 4. Gauss-Newton estimates the unknowns (`adjust`), beside the positions' slow errors (`drift`).
-//!    The noise comes from the residuals; outliers are left out.
-//! 5. What the geometry does not determine is held at the campaign's value and named (`observe`); a delay at the one at
-//!    which the reflectors are in focus.
+//! 4. Gauss-Newton estimates the unknowns (`adjust`) together with the positions' slow errors (`drift`). The
+//!    noise comes from the residuals; outliers are left out.
+//! 5. Unknowns that the geometry does not determine are held at the campaign's value and named (`observe`);
+//!    an undetermined delay is held at the delay at which the reflectors are in focus.
 //!
 //! An error of height common to a whole track acts as a lever arm up, and below the track as a delay:
 //! no echo separates them. Its deviation, as the trajectory states it, is part of theirs.
@@ -54,9 +54,9 @@ pub struct CalibrateOptions {
     /// Places of the reflectors' phase centres, east, north, up in the frame of the positions (m).
     pub reflector_m: Vec<[f64; 3]>,
     /// Lever arm of the campaign: forward, left, up (m). The recordings' positions are those of the
-    /// positioned point, without it.
+    /// positioned point, without the lever arm.
     pub lever_arm_m: [f64; 3],
-    /// Delay of the campaign, beside the one found (s).
+    /// Delay of the campaign, for comparison with the estimate (s).
     pub delay_s: f64,
     /// Band of the pulse (Hz).
     pub band_hz: [f64; 2],
@@ -65,8 +65,8 @@ pub struct CalibrateOptions {
 }
 
 impl CalibrateOptions {
-    /// Nothing known but the places: no lever arm, the band of the P440, and errors of
-    /// carrier-phase positions that last for 10 s.
+    /// A prior without settings: no lever arm, the band of the P440, and errors of carrier-phase positions
+    /// that last for 10 s.
     #[must_use]
     pub fn on(reflector_m: Vec<[f64; 3]>) -> Self {
         Self {
@@ -130,8 +130,8 @@ pub fn calibrate(
     }
     if !round.knows_position_errors {
         warnings.add(
-            "not all positions state their standard deviations: errors of the positions are not \
-             part of those stated here",
+            "not all positions state their standard deviations: the stated deviations do not include errors \
+             of the positions",
         );
     }
     let calibrated = Calibrated::of(&survey, round);

@@ -6,7 +6,7 @@
 use super::parameter::{Parameter, Values};
 use super::path::Pose;
 
-/// What the model says of one reflector in one trace.
+/// Prediction of the model for one reflector in one trace.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prediction {
     /// Apparent range (m).

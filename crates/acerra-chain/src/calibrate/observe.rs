@@ -1,18 +1,17 @@
-//! What the geometry determines, and what it cannot: singular directions of the information matrix, and
-//! which unknowns are held because of them.
+//! Observability: singular directions of the information matrix, and the unknowns held because of them.
 
 use nalgebra::DMatrix;
 
 use super::adjust::{invert, select};
 use super::parameter::Parameter;
 
-/// A direction in the space of the unknowns along which the data say too little.
+/// A direction in the space of the unknowns that the data determine too weakly.
 #[derive(Clone, Debug)]
 pub struct SingularDirection {
     /// Its components, each in its unknown's limit of observation
     /// ([`Parameter::sigma_limit`]); those below a tenth are left out.
     pub component: Vec<(Parameter, f64)>,
-    /// Standard deviation along it, in the same limits; above 1.
+    /// Standard deviation along the direction, in units of the limits; above 1.
     pub sigma: f64,
 }
 
@@ -46,8 +45,8 @@ pub(super) fn singular_directions(
     directions
 }
 
-/// The unknowns to hold so that each of the others is observed: those of `held`, then the ones known
-/// best from elsewhere first.
+/// The unknowns to hold so that all others are observed: first those of `held`, then the ones with the most
+/// precise prior.
 pub(super) fn unobserved(
     information: &DMatrix<f64>,
     parameters: &[Parameter],

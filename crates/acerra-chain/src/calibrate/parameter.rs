@@ -1,4 +1,4 @@
-//! What is calibrated: names, units, and the accuracy from which on a value counts as observed.
+//! Unknowns of a calibration: names, units, and the accuracy from which a value counts as observed.
 
 /// One unknown of the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub enum Parameter {
     RangeScale,
     /// Phase centre ahead of the positioned point (m).
     Forward,
-    /// Phase centre to the left of it (m).
+    /// Phase centre left of the positioned point (m).
     Left,
     /// Phase centre above it (m).
     Up,
@@ -27,7 +27,7 @@ const SHARED: [Parameter; 5] = [
 ];
 
 impl Parameter {
-    /// The unknowns of so many tracks.
+    /// The unknowns for a number of tracks.
     #[must_use]
     pub fn all(tracks: usize) -> Vec<Self> {
         let offsets = (0..tracks).map(Self::ClockOffset);
@@ -48,7 +48,7 @@ impl Parameter {
         }
     }
 
-    /// The unit that values are shown in, and how many of them make an SI unit.
+    /// The unit in which values are shown, and the number of such units in an SI unit.
     #[must_use]
     pub const fn unit(self) -> (&'static str, f64) {
         match self {
@@ -59,10 +59,10 @@ impl Parameter {
         }
     }
 
-    /// Largest standard deviation of a value that counts as observed (SI units). Delay and offsets
-    /// are what a calibration is made for: they are held only where the data say next to nothing.
-    /// A lever arm is known better by a tape measure from 1 cm on, the propagation speed in air
-    /// from 5·10⁻⁴ on. A lever arm ahead trades with the clock offset: 6 mm of it at 2 m/s are 3 ms.
+    /// Largest standard deviation of a value that counts as observed (SI units). A calibration is made for
+    /// delay and offsets: they are held only where the data hardly depend on them. A tape measure gives a
+    /// lever arm better from 1 cm on, the propagation speed in air from 5·10⁻⁴ on. A lever arm ahead trades
+    /// with the clock offset: 6 mm of it at 2 m/s are 3 ms.
     #[must_use]
     pub const fn sigma_limit(self) -> f64 {
         match self {

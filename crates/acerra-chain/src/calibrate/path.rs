@@ -1,8 +1,8 @@
-//! The flown path as the calibration needs it: the positioned point, and how far each unit of lever
-//! arm moves the phase centre.
+//! The flown path in the form that the calibration needs: the positioned point, and the displacement of the
+//! phase centre for each unit of lever arm.
 //!
-//! The lever arm enters the chain linearly (see [`apply_lever_arm`]), and so does interpolation:
-//! the path moved by a unit arm, less the path itself, is exactly what the chain makes of that arm.
+//! The lever arm enters the chain linearly (see [`apply_lever_arm`]), and so does interpolation: the path
+//! moved by a unit arm, less the path itself, is exactly the chain's displacement by that arm.
 
 use acerra_geo::interpolate::{Flag, Interpolator};
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
@@ -18,9 +18,9 @@ pub(super) struct Pose {
     pub position_m: [f64; 3],
     /// Its velocity, averaged over [`RATE_WINDOW_S`] (m/s).
     pub velocity_m_s: [f64; 3],
-    /// Forward, left and up axis, in east, north, up; zero where nothing determines a heading.
+    /// Forward, left and up axis, in east, north, up; zero where the heading is unknown.
     pub axis: [[f64; 3]; 3],
-    /// Their rates, averaged alike (1/s).
+    /// Their rates, averaged in the same way (1/s).
     pub axis_rate: [[f64; 3]; 3],
     /// Standard deviations of the position (m), where the trajectory states them.
     pub sigma_m: Option<[f64; 3]>,
@@ -122,8 +122,8 @@ pub(super) enum Sampler<'a> {
 }
 
 impl Sampler<'_> {
-    /// The pose at radar time `time_s` and clock offset `offset_s`; none beyond the path's ends and
-    /// in its gaps.
+    /// The pose at radar time `time_s` and clock offset `offset_s`; none beyond the path's ends and within
+    /// gaps of the path.
     pub fn at(&self, time_s: f64, offset_s: f64) -> Option<Pose> {
         match self {
             Self::Flown { point, arm_end } => flown(point, arm_end, time_s + offset_s),

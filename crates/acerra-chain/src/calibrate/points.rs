@@ -6,7 +6,7 @@ const MOST_POINTS: usize = 10_000;
 /// A surveyed point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurveyedPoint {
-    /// What it is called; its number where the file does not say.
+    /// Name of the point; its number where the file gives no name.
     pub name: String,
     /// East, north, up (m).
     pub position_m: [f64; 3],
@@ -28,7 +28,7 @@ pub enum PointsError {
         found: String,
     },
     /// No point at all.
-    #[error("expected at least one point, as x_m,y_m,z_m on a line of its own")]
+    #[error("expected at least one point, as x_m,y_m,z_m, one point a line")]
     Empty,
     /// Too many points.
     #[error("line {line}: expected at most {limit} points")]
@@ -44,7 +44,7 @@ pub enum PointsError {
 /// those that start with `#` are passed over.
 ///
 /// # Errors
-/// A line that is no point, with its number; no point at all.
+/// A line that holds no point, with its number; a file without a point.
 ///
 /// ```
 /// let points = acerra_chain::calibrate::read_points("name,x_m,y_m,z_m\nwest,4.0,-1.5,0.12\n")?;

@@ -5,7 +5,7 @@ use acerra_radar::{Radargram, Samples};
 use super::echo::{Crest, Profiles, median};
 use super::error::CalibrateError;
 
-/// What is known of a radar at rest.
+/// Known quantities of a radar at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct AtRest {
     /// Range of the reflector from the antennas' phase centre (m).
@@ -27,7 +27,7 @@ pub struct RestDelay {
     pub sigma_s: f64,
     /// The echo above the median of the mean trace (dB).
     pub contrast_db: f64,
-    /// Whether the direct coupling of the antennas was seen where that delay puts it: an
+    /// Whether the direct coupling of the antennas was seen at the time that the delay predicts: an
     /// independent confirmation.
     pub coupling_seen: bool,
     /// Traces that show the echo.
@@ -36,16 +36,16 @@ pub struct RestDelay {
 
 /// Delays tried (s).
 const DELAY_S: [f64; 2] = [-20e-9, 20e-9];
-/// When the direct coupling arrives after range zero (s): antennas up to 0.6 m apart, and how far
-/// their ringing may shift its crest.
+/// Arrival of the direct coupling after range zero (s): antennas up to 0.6 m apart, and the largest shift of
+/// the crest by ringing.
 const COUPLING_S: [f64; 2] = [-0.5e-9, 2.5e-9];
 /// Contrast needed of echo and coupling (dB).
 const NEEDED_DB: f64 = 12.0;
 
 /// Finds the delay from traces of a radar at rest.
 ///
-/// The strongest echo is taken for the direct coupling where another one follows it at the range
-/// stated, else for the reflector's.
+/// The strongest echo counts as the direct coupling where another echo follows at the stated range, else as
+/// the reflector's.
 ///
 /// # Errors
 /// No echo at that range, a band that the samples do not hold.
@@ -101,7 +101,8 @@ fn highest(profiles: &Profiles, from_s: f64, to_s: f64) -> Option<Crest> {
     profiles.crest(0, middle_s, 0.5 * (to_s - from_s))
 }
 
-/// Median fast time of the echo over the traces, the deviation of that median, and how many show it.
+/// Median fast time of the echo over the traces, the deviation of the median, and the number of traces that
+/// show the echo.
 fn over_traces(radargram: &Radargram, band_hz: [f64; 2], about_s: f64) -> (f64, f64, usize) {
     const HALF_WIDTH_S: f64 = 0.5e-9;
     let profiles = Profiles::new(radargram, band_hz);

@@ -1,4 +1,4 @@
-//! What a calibration found, and how sure it is.
+//! Result of a calibration, with its uncertainty.
 
 use nalgebra::DMatrix;
 
@@ -21,9 +21,9 @@ pub struct Calibrated {
     pub correlation: Vec<Vec<f64>>,
     /// Their covariance matrix, row by row (SI units).
     pub covariance: Vec<Vec<f64>>,
-    /// What the geometry cannot determine.
+    /// Combinations that the geometry does not determine.
     pub singular: Vec<SingularDirection>,
-    /// How estimates depend on what is held.
+    /// Dependence of the estimates on held unknowns.
     pub sensitivity: Vec<Sensitivity>,
     /// How each reflector fits.
     pub reflectors: Vec<ReflectorFit>,
@@ -38,12 +38,13 @@ pub struct Estimate {
     pub parameter: Parameter,
     /// The campaign's value (SI units).
     pub campaign: f64,
-    /// The value found, or the campaign's where it is not observable (SI units). Of a delay that the ranges do not
-    /// determine, with its clock offsets: that at which the reflectors are in focus.
+    /// The value found, or the campaign's where it is not observable (SI units). For a delay that the ranges
+    /// do not determine, and the clock offsets: the value at which the reflectors are in focus.
     pub value: f64,
-    /// Its standard deviation, given the values held (SI units); none where it is not observable.
+    /// Its standard deviation, given the values held (SI units); none where the value is not observable.
     pub sigma: Option<f64>,
-    /// For what is held: how far the data want to move it, and the deviation of that (SI units).
+    /// For a held unknown: its estimate relative to the held value, and the deviation of the estimate (SI
+    /// units).
     pub wanted: Option<(f64, f64)>,
 }
 
@@ -131,7 +132,7 @@ impl Calibrated {
         self.estimates.iter().find(|e| e.parameter == parameter)
     }
 
-    /// What speaks against the result.
+    /// Reasons to doubt the result.
     pub(super) fn doubts(&self, warnings: &mut Warnings) {
         const CONTRADICTS: f64 = 4.0;
         for estimate in &self.estimates {
@@ -196,13 +197,13 @@ fn estimates(adjusted: &Adjusted, campaign: &Values) -> Vec<Estimate> {
             let place = adjusted.free.iter().position(|p| p == parameter);
             let sigma = place.map(|k| adjusted.covariance[(k, k)].sqrt());
             let wanted = adjusted.normal.wanted(i, &free);
-            let tells = wanted.0.is_finite() && wanted.1.is_finite();
+            let is_finite = wanted.0.is_finite() && wanted.1.is_finite();
             Estimate {
                 parameter: *parameter,
                 campaign: campaign.get(*parameter),
                 value: adjusted.values.get(*parameter),
                 sigma,
-                wanted: (place.is_none() && tells).then_some(wanted),
+                wanted: (place.is_none() && is_finite).then_some(wanted),
             }
         })
         .collect()
@@ -222,7 +223,7 @@ fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// −S_ff⁻¹·S_fh: how the estimates follow what is held.
+/// −S_ff⁻¹·S_fh: dependence of the estimates on the held unknowns.
 fn sensitivities(adjusted: &Adjusted, parameters: &[Parameter]) -> Vec<Sensitivity> {
     let is_free = |i: &usize| adjusted.free.contains(&parameters[*i]);
     let (free, held): (Vec<usize>, Vec<usize>) = (0..parameters.len()).partition(is_free);

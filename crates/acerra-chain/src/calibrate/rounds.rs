@@ -10,11 +10,11 @@ use super::stretch_echoes::stretch_echoes;
 use super::track::{Echo, Setting, TrackEchoes};
 use crate::control::Control;
 
-/// Half widths of the windows in which echoes are taken, round after round (s). The first holds
-/// what a lever arm forgotten or of the wrong sign displaces.
+/// Half widths of the windows in which echoes are picked, round after round (s). The first includes
+/// displacements by a lever arm that is missing or of the wrong sign.
 pub(super) const WINDOWS_S: [f64; 4] = [1.5e-9, 1.0e-9, 0.7e-9, 0.7e-9];
 
-/// The tracks, and what the campaign says of them.
+/// The tracks, and the campaign's values for them.
 pub(super) struct Survey<'a> {
     pub setting: Setting<'a>,
     pub tracks: &'a [TrackEchoes],
@@ -24,7 +24,7 @@ pub(super) struct Survey<'a> {
     pub summed: Vec<Option<Vec<Echo>>>,
 }
 
-/// Echoes and what was made of them.
+/// Echoes and the estimate from them.
 pub(super) struct Round {
     pub echoes: Vec<Echo>,
     pub adjusted: Adjusted,
@@ -96,7 +96,8 @@ impl Survey<'_> {
         let parameters = values.parameters();
         let held = observe::unobserved(&information, &parameters, fixed.clone());
         let mut start = values.clone();
-        // A delay that the echoes' ranges leave open is that at which the reflectors are in focus, with its offsets.
+        // A delay that the echoes' ranges leave open takes the value at which the reflectors are in focus,
+        // with the offsets found there.
         let is_found = |p: &Parameter| matches!(p, Parameter::Delay | Parameter::ClockOffset(_));
         let keeps_found = held.contains(&Parameter::Delay);
         for parameter in held.iter().filter(|p| !(keeps_found && is_found(p))) {
@@ -106,7 +107,8 @@ impl Survey<'_> {
             );
         }
         let mut adjusted = adjustment.solve(&start, &held)?;
-        // Misfits of values that are off pass for noise: what the residuals of the solution observe is free.
+        // Misfits of wrong values count as noise: unknowns that the residuals of the solution determine are
+        // free.
         let still_held = observe::unobserved(&adjusted.normal.information, &parameters, fixed);
         if still_held.iter().all(|p| held.contains(p)) && still_held.len() < held.len() {
             adjusted = adjustment.solve(&adjusted.values, &still_held)?;

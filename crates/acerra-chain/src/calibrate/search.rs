@@ -26,14 +26,14 @@ const OFFSET_STEP_M: f64 = 0.05;
 /// Level of the best over the median of all settings that it needs (dB): of 10⁵ patches of noise the greatest
 /// is 5 dB above their median.
 const NEEDED_DB: f64 = 7.0;
-/// How far below the best another solution must lie (dB).
+/// Least level difference between the best and the second solution (dB).
 const APART_DB: f64 = 3.0;
-/// What hangs together with the best down to here is one solution with it (dB).
+/// Settings connected with the best down to this level are the same solution (dB).
 const HILL_DB: f64 = 6.0;
 /// Solutions named at most.
 const MOST_SOLUTIONS: usize = 4;
 
-/// The setting of one track at which its reflectors are in focus.
+/// The setting of one track at which the track's reflectors are in focus.
 #[derive(Clone, Debug)]
 pub(super) struct Start {
     /// Fast time at which range is zero (s).
@@ -153,9 +153,9 @@ struct Grid {
 }
 
 impl Grid {
-    /// Level of each setting above the median of all (dB), the mean over the stretches by their paths. Each
-    /// counts by how far it is above its own median, so that one bright echo does not outweigh a
-    /// reflector seen from all sides.
+    /// Level of each setting above the median of all (dB), the mean over the stretches by their paths. The
+    /// level of each stretch is relative to the median of that stretch, so that one bright echo does not
+    /// outweigh a reflector seen from all sides.
     fn levels_db(&self, rows: &[Vec<Vec<Focus>>], stretches: &[Stretch]) -> Vec<f64> {
         let cells = rows.len() * self.delay_s.len();
         let mut level = vec![0.0; cells];
@@ -185,7 +185,7 @@ impl Grid {
         level.iter().map(|l| l - middle).collect()
     }
 
-    /// The best setting, where it stands out and no other comes near.
+    /// The best setting, where it is clearly above the median and no other setting is near its level.
     fn best(&self, level_db: &[f64]) -> Result<usize, CalibrateError> {
         let mut solutions = Vec::new();
         let mut taken = vec![false; level_db.len()];

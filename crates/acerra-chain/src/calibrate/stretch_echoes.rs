@@ -11,7 +11,7 @@ use super::track::{Echo, Setting, TrackEchoes};
 
 /// Share of the power along a reflector's curve that adds up coherently from which single traces show it.
 const CLEAR: f64 = 0.5;
-/// Power of a sum's echo over what does not add up, on average.
+/// Mean power of the echo of a coherent sum over the incoherent power.
 const WANTED_RATIO: f64 = 10.0;
 /// Sums of each reflector at least, where the traces allow it.
 const FEWEST_SUMS: usize = 10;
@@ -27,7 +27,7 @@ const LEAST_RELATIVE_SIGMA: f64 = 0.02;
 /// Trace, weight and fast time (s) of a reflector's echo, trace by trace.
 type Curve = Vec<(usize, f64, f64)>;
 
-/// The echoes of a track by coherent sums; none where its single traces show them.
+/// The echoes of a track by coherent sums; none where the track's single traces show the echoes.
 pub(super) fn stretch_echoes(
     setting: &Setting<'_>,
     track: &TrackEchoes,
@@ -75,7 +75,7 @@ pub(super) fn stretch_echoes(
     Some(echoes)
 }
 
-/// The part of the power along the curves that adds up: 1 where nothing but the echo is there.
+/// The coherent share of the power along the curves: 1 where only the echo is present.
 fn coherent_share(track: &TrackEchoes, curves: &[(usize, Curve)]) -> f64 {
     let (mut coherent, mut all) = (0.0, 0.0);
     for (_, curve) in curves {
@@ -90,7 +90,7 @@ fn coherent_share(track: &TrackEchoes, curves: &[(usize, Curve)]) -> f64 {
     coherent / f64::max(all, f64::MIN_POSITIVE)
 }
 
-/// The coherent sum of traces so much later than their curve.
+/// The coherent sum of traces at delays after their curve.
 fn sum_at(track: &TrackEchoes, curve: &[(usize, f64, f64)], later_s: f64) -> Complex32 {
     let turn = std::f64::consts::TAU * track.profiles.middle_hz();
     curve
@@ -103,8 +103,8 @@ fn sum_at(track: &TrackEchoes, curve: &[(usize, f64, f64)], later_s: f64) -> Com
         .sum()
 }
 
-/// How much later than its curve the crest of a sum is (s), and its level over the floor; none where there
-/// is no crest or none that stands out.
+/// Delay of the crest of a sum after its curve (s), and its level over the floor; none without a crest, or
+/// where no crest is clear.
 fn crest(track: &TrackEchoes, curve: &[(usize, f64, f64)]) -> Option<(f64, f64)> {
     let step_s = track.profiles.step_s();
     let reach = (FLOOR_S / step_s).ceil() as i32;

@@ -14,13 +14,13 @@ use crate::scene::Scene;
 /// Distance of the surface echo from 2h/c beyond which it is reported (s).
 const TOLD_S: f64 = 0.3e-9;
 
-/// Scatter about its median beyond which what was followed is no level surface (s): the crest of an
-/// echo of its own scatters by hundredths, a reflector's hyperbola by nanoseconds.
+/// Scatter about the median beyond which the followed echo is no level surface (s): the crest of a surface
+/// echo scatters by hundredths, a reflector's hyperbola by nanoseconds.
 const LEVEL_S: f64 = 0.15e-9;
 /// Contrast that a surface echo needs (dB).
 const NEEDED_DB: f64 = 6.0;
 
-/// Tells where the surface echo lies away from 2h/c.
+/// Warns where the surface echo lies away from 2h/c.
 pub(super) fn compare(
     survey: &Survey<'_>,
     calibrated: &Calibrated,
@@ -47,7 +47,7 @@ pub(super) fn compare(
     }
 }
 
-/// Median of the surface echo less 2h/c; none where no such echo is seen.
+/// Median of the surface echo less 2h/c; none where no surface echo is seen.
 fn residual_s(track: &TrackEchoes, number: usize, values: &Values, scene: &Scene) -> Option<f64> {
     let sampler = track.path.sampler();
     let scale = 1.0 + values.range_scale;

@@ -20,7 +20,7 @@ use crate::journal::warnings::Warnings;
 use crate::read::RadarContent;
 use crate::scene::Scene;
 
-/// What all tracks have in common.
+/// Settings common to all tracks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setting<'a> {
     /// Places of the reflectors, east, north, up (m).
@@ -44,13 +44,13 @@ pub(super) struct TrackEchoes {
     pub profiles: Profiles,
     /// The same traces before background removal.
     pub raw: Radargram,
-    /// Delay of this track beside the others', as stated (s).
+    /// Delay of this track relative to the first track's, as stated (s).
     pub known_delay_s: f64,
     /// Clock offset of the campaign, or the likeliest where the logs leave it open (s).
     pub time_offset_s: f64,
     /// Stretches `[from, to]` of clock offsets among which the reflectors decide (s).
     pub open_offsets_s: Vec<[f64; 2]>,
-    /// Whether the platform stands.
+    /// Whether the platform is at rest.
     pub at_rest: bool,
 }
 
@@ -85,13 +85,13 @@ pub(super) struct Echo {
 
 /// Least contrast of an echo: noise alone reaches it in one of some thousand windows.
 const LEAST_CONTRAST: f64 = 4.0;
-/// Relative deviation that no echo falls below, however strong: what the shape of echoes leaves.
+/// Least relative deviation of an echo, however strong: the remainder by the shape of echoes.
 const LEAST_RELATIVE_SIGMA: f64 = 0.02;
 
 impl TrackEchoes {
-    /// Selects the traces of a recording that its campaign would image, and forms their profiles.
-    /// Of a platform at rest all traces count, and no background is removed: the reflector would go
-    /// with it.
+    /// Selects the traces of a recording that its campaign would image, and forms their profiles. For a
+    /// platform at rest all traces are used, and no background is removed, since the reflector would be
+    /// removed with it.
     pub fn of(
         recording: &Recording,
         scene: &Scene,
@@ -220,8 +220,8 @@ impl TrackEchoes {
         traces.filter_map(of_trace).collect()
     }
 
-    /// Whether the surface stands out of the floor in most traces in which no reflector is near it:
-    /// where it does not, it displaces no crest.
+    /// Whether the surface echo is above the floor in most traces in which no reflector is near it: a weaker
+    /// surface echo displaces no crest.
     fn surface_is_seen(&self, setting: &Setting<'_>, expected: &[Expected]) -> bool {
         let apart_s = 2.0 * setting.cell_s();
         let contrast = |one: &Expected| {
@@ -313,7 +313,7 @@ impl Selected {
     }
 }
 
-/// Whether places lie together so closely that no echo changes its range by more than a pulse.
+/// Whether places are so close together that no echo changes its range by more than a pulse.
 fn stands(position_m: &[[f64; 3]]) -> bool {
     const LONGEST_M: f64 = 0.1;
     let extent_m = |axis: usize| {
@@ -342,7 +342,7 @@ fn for_calibration(stated: &TrackOptions) -> TrackOptions {
         options.clean.delay_ns = None;
     }
     if options.align.select == Select::Auto {
-        // Standing traces would fill the background with the reflectors.
+        // Traces at rest would fill the background with the reflectors.
         options.align.select = Select::Moving;
     }
     options

@@ -8,8 +8,8 @@ use crate::choices::{Delay, TimeOffset};
 use crate::prepare::Prepared;
 
 impl Campaign {
-    /// The campaign with what its autofocus found of the instruments, the clocks and the propagation speed,
-    /// where that is applied, and the deviations that it took for them beforehand.
+    /// The campaign with the autofocus' estimates of instruments, clocks and propagation speed, where these
+    /// are applied, and with the prior deviations used.
     ///
     /// Places, lever arms and heights are in the corrected trajectory.
     #[must_use]
@@ -44,14 +44,15 @@ impl Campaign {
     }
 }
 
-/// Greatest deviation that was taken for a quantity beforehand; none where it was not left free.
+/// Greatest prior deviation of a quantity; none where the quantity was held.
 fn prior_sigma(correction: &PathCorrection, quantity: Quantity) -> Option<f64> {
     let own = correction.globals.iter().filter(|g| g.quantity == quantity);
     own.map(|g| g.prior_sigma).reduce(f64::max)
 }
 
 impl RadarSection {
-    /// Adds the delay that was found to a stated one. Where none is stated, the surface echo determines it again.
+    /// Adds the estimated delay to a stated one. Without a stated delay, the surface echo determines the
+    /// delay again.
     fn correct(&mut self, correction: &PathCorrection) {
         if let Some(Delay::Nanoseconds(delay_ns)) = &mut self.delay_ns {
             *delay_ns += correction.of_all(Quantity::Delay);
@@ -60,7 +61,7 @@ impl RadarSection {
 }
 
 impl TrajectorySection {
-    /// States the clock offset in force with what was found of it.
+    /// States the clock offset in force, with the estimated correction.
     fn correct(&mut self, time_offset_s: f64, correction: &PathCorrection, track: usize) {
         let later_s = correction.of_track(Quantity::ClockOffset, track);
         if later_s != 0.0 {

@@ -1,4 +1,4 @@
-//! What can be wrong with a campaign file.
+//! Errors of a campaign file.
 
 /// A campaign file that cannot be used. The caller adds the file's path.
 #[derive(Debug, thiserror::Error)]
@@ -7,7 +7,7 @@ pub enum CampaignError {
     /// Not TOML, an unknown key, or a value of the wrong form.
     #[error(transparent)]
     Syntax(#[from] acerra_settings::SyntaxError),
-    /// A value outside what is possible.
+    /// A value outside its possible range.
     #[error(transparent)]
     Value(#[from] acerra_settings::ValueError),
     /// Two keys that exclude each other.

@@ -1,4 +1,4 @@
-//! The campaign file: which logs, how they fit together, which image is wanted.
+//! The campaign file: the logs, how they belong together, and the image to make.
 
 mod corrected;
 mod error;
@@ -54,7 +54,7 @@ pub struct Campaign {
     /// The image.
     #[serde(default)]
     pub image: ImageSection,
-    /// What lies below the surface of the ground; without it all is air.
+    /// Media below the surface of the ground; without them all is air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground: Option<GroundSection>,
     /// Corrections of the positions from the echoes.
@@ -63,7 +63,7 @@ pub struct Campaign {
     /// What counts as a target.
     #[serde(default)]
     pub measure: MeasureSection,
-    /// What becomes of a run that its own evidence contradicts.
+    /// Treatment of a run that its own evidence contradicts.
     #[serde(default)]
     pub checks: ChecksSection,
     /// Files for other programs.
@@ -72,7 +72,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Reads a campaign from the text of its file; paths are left as they stand there.
+    /// Reads a campaign from the text of its file; paths stay as written.
     ///
     /// # Errors
     /// Unknown keys, values of the wrong form, impossible values.
@@ -99,7 +99,7 @@ impl Campaign {
         Ok(campaign)
     }
 
-    /// The campaign with what was left to the data as it was found: the image's extent and height,
+    /// The campaign with the values found from the data in place of open ones: the image's extent and height,
     /// traces and their weight, gate and delay.
     #[must_use]
     pub fn with_found(mut self, prepared: &Prepared) -> Self {
@@ -214,7 +214,7 @@ impl Campaign {
             .zero_timing
             .unwrap_or(match self.radar.delay_ns {
                 Some(Delay::Nanoseconds(_)) => ZeroTiming::None,
-                // Until the delay is found, the surface echo tells it.
+                // Until the delay is found, the surface echo gives it.
                 Some(Delay::Auto) | None => ZeroTiming::FirstTrace,
             })
     }

@@ -158,7 +158,7 @@ fn geodetic([latitude_deg, longitude_deg, height_m]: [f64; 3]) -> Geodetic {
 }
 
 impl PreprocessSection {
-    /// What was left to the data, as it was found.
+    /// Values found from the data, where the campaign left them open.
     pub(super) fn settle(&mut self, track: &Track) {
         self.gate_ns = track.gate_ns;
         self.background = Some(track.background);
@@ -173,7 +173,7 @@ impl TrajectorySection {
             .flatten()
     }
 
-    /// States the offset that was taken where none was stated.
+    /// States the offset in force where the campaign states none.
     pub(super) fn settle(&mut self, track: &Track) {
         let taken = match track.recorded_clock {
             Some(_) => TimeOffset::Logged,

@@ -57,7 +57,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// The ground is one soil or layers, below a plane or a volume that is focused as it is.
+    /// The ground is one soil or layers, below a plane or a volume.
     fn check_ground(&self) -> Result<(), CampaignError> {
         let Some(ground) = &self.ground else {
             return Ok(());
@@ -70,7 +70,7 @@ impl Campaign {
             let rules = [rule(
                 "thickness_m",
                 thick && last.thickness_m.is_none(),
-                "above 0 in every layer but the last, which has none",
+                "above 0 in every layer but the last, which has no thickness",
                 ground
                     .layer
                     .iter()
@@ -137,7 +137,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// What `[image] method` does not make.
+    /// Products that `[image] method` excludes.
     fn check_method(&self) -> Result<(), CampaignError> {
         let image = &self.image;
         values::inversion(&image.inversion)?;
@@ -163,7 +163,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// Reflectivities are those of an adjoint on a plane or terrain in air.
+    /// Reflectivities require an adjoint on a plane or terrain in air.
     fn check_values(&self) -> Result<(), CampaignError> {
         let image = &self.image;
         if image.values == Values::Sum {
@@ -183,7 +183,7 @@ impl Campaign {
             Some((_, other)) => exclude_if(
                 true,
                 ["[image] values = \"reflectivity\"", other],
-                "only an adjoint on a plane or terrain in air is divided by what a point gives",
+                "only an adjoint on a plane or terrain in air is divided by the image of a unit point",
             ),
             None => Ok(()),
         }

@@ -48,23 +48,24 @@ pub struct RadarSection {
     /// Place of the last trace (x, y, z in m).
     #[serde(default)]
     pub line_end_m: Option<[f64; 3]>,
-    /// From each of several parallel lines to the next (x, y, z in m); `line_start_m` and `line_end_m` are those of the
-    /// first.
+    /// Vector from each of several parallel lines to the next (x, y, z in m); `line_start_m` and `line_end_m`
+    /// are the ends of the first line.
     #[serde(default)]
     pub line_step_m: Option<[f64; 3]>,
     /// The line of each file, where they are not evenly spaced: `{ file, start_m, end_m }`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<LineSection>,
-    /// Transmitter from the receiver, where they are apart: forward, left, up, in metres; positions are those of the
-    /// middle. Forward is the nose by the recorded attitude, or the way along the line. By default what the file says.
+    /// Vector from the receiver to the transmitter where they are apart: forward, left, up, in metres;
+    /// positions are those of the midpoint. Forward is the nose by the recorded attitude, or the direction of
+    /// the line. By default as the file states.
     #[serde(default)]
     pub antenna_offset_m: Option<[f64; 3]>,
     /// Fast time at which range is zero, in nanoseconds, when calibrated; `"auto"` finds the one at
     /// which the echoes of points add up best.
     #[serde(default)]
     pub delay_ns: Option<Delay>,
-    /// The traces that enter background and image. By default those during which the platform moves,
-    /// where it stands much of the time, else all.
+    /// The traces that enter background and image. By default the traces during which the platform moves,
+    /// where it is at rest for much of the time, else all.
     #[serde(default)]
     pub select: Select,
 }
@@ -118,7 +119,7 @@ impl RadarSection {
         })
     }
 
-    /// Puts in what was left to the data.
+    /// Fills in the values found from the data.
     pub(super) fn settle(&mut self, track: &Track) {
         if self.is_absent() {
             return;
@@ -163,7 +164,7 @@ impl LineSection {
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackSection {
-    /// What the report calls it; its number by default.
+    /// Name in the report; by default its number.
     #[serde(default)]
     pub name: Option<String>,
     /// Its radar log.
@@ -178,7 +179,7 @@ pub struct TrackSection {
     /// From raw traces to clean spectra; the campaign's `[preprocess]` by default.
     #[serde(default)]
     pub preprocess: Option<PreprocessSection>,
-    /// Delay that this track's instrument adds beside the others', in nanoseconds; taken off.
+    /// Delay of this track's instrument relative to the other tracks', in nanoseconds; removed from the data.
     #[serde(default)]
     pub delay_ns: f64,
     /// Phase that it adds, in degrees; taken off.
@@ -186,7 +187,7 @@ pub struct TrackSection {
     pub phase_deg: f64,
 }
 
-/// `[checks]`: what becomes of a run that its own evidence contradicts.
+/// `[checks]`: treatment of a run that its own evidence contradicts.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChecksSection {
@@ -198,9 +199,8 @@ pub struct ChecksSection {
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ProductsSection {
-    /// Which of them are written. Those with a place on the Earth need positions that have one;
-    /// without, GeoTIFFs stand in the local frame beside a world file, and KMZ, GeoJSON and CPHD
-    /// are left out.
+    /// Formats that are written. Georeferenced formats need positions on the Earth; without them, GeoTIFFs
+    /// are written in the local frame with a world file, and KMZ, GeoJSON and CPHD are left out.
     pub formats: Vec<ProductFormat>,
     /// Coordinates of the GeoTIFFs, by their code in the EPSG registry; by default the UTM zone of the
     /// image on WGS84.
@@ -228,10 +228,10 @@ pub struct TracksSection {
     pub sum: Sum,
     /// Where delay and phase of each track come from.
     pub calibration: CalibrationSource,
-    /// Delays are looked for within so many nanoseconds either way.
+    /// Largest delay that is searched, to either side, in nanoseconds.
     pub window_ns: f64,
-    /// Where the target that all tracks see stands, in metres; by default the maximum of the first
-    /// track's image on which the others agree.
+    /// Position of the target that all tracks see, in metres; by default the maximum of the first track's
+    /// image on which the others agree.
     pub target_m: Option<[f64; 3]>,
 }
 
@@ -246,14 +246,14 @@ impl Default for TracksSection {
     }
 }
 
-/// `[trajectory]`: where the radar was, and how its clock relates to that of the positions.
+/// `[trajectory]`: positions of the radar, and the relation of its clock to theirs.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrajectorySection {
     /// The trajectory; absent when `[gnss]` or the radar file gives the positions.
     #[serde(serialize_with = "path_text::optional")]
     pub file: Option<PathBuf>,
-    /// Trajectory time minus radar time. By default that of the clock recorded beside the radar log, where
+    /// Trajectory time minus radar time. By default that of the clock recorded with the radar log, where
     /// there is one and the positions are on GPS time; otherwise 0.
     pub time_offset_s: Option<TimeOffset>,
     /// Radar phase centre from the positioned point: forward, left, up (metres).
@@ -279,10 +279,10 @@ pub struct TrajectorySection {
     /// Longest gap between positions that is interpolated over, in seconds; by default a few
     /// sampling intervals.
     pub max_gap_s: Option<f64>,
-    /// Where the heights come from: the positions, or the radar's own surface echo over level ground
-    /// (`"radar"`), where those of the positions are poor.
+    /// Source of the heights: the positions, or the radar's own surface echo over level ground (`"radar"`),
+    /// where the positions' heights are poor.
     pub height: HeightSource,
-    /// What the heights of a table (CSV) are above, where its header does not say.
+    /// Vertical datum of the heights of a table (CSV), where its header states none.
     pub height_datum: Option<HeightDatum>,
     /// Traces at unfixed positions: kept (with a warning) or dropped.
     pub unfixed: Unfixed,
@@ -298,13 +298,13 @@ pub struct GnssSection {
     /// The log of the receiver on the ground; a list, such as hourly files, is joined.
     #[serde(serialize_with = "Files::serialize_one_or_list")]
     pub base: Files,
-    /// Navigation files; raw logs bring their own.
+    /// Navigation files; raw logs hold their own.
     #[serde(default)]
     pub navigation: Files,
     /// RTKLIB configuration (`.conf`) with the options of the positioning.
     #[serde(default, serialize_with = "path_text::optional")]
     pub config: Option<PathBuf>,
-    /// Where the base's antenna stands, Earth-centred (m). By default what its log says.
+    /// Position of the base's antenna, Earth-centred (m). By default as its log states.
     #[serde(default)]
     pub base_ecef_m: Option<[f64; 3]>,
     /// Position of the base's antenna as latitude and longitude in degrees and ellipsoidal height in metres, instead of
@@ -370,8 +370,9 @@ pub struct PreprocessSection {
     /// The running mean over a window of fast time, in nanoseconds, is taken off every trace ("dewow"): one or two periods
     /// of the antenna's frequency. First of all steps; off by default.
     pub dewow_ns: Option<f64>,
-    /// Lowest and highest frequency, in gigahertz, that are kept of every trace: whole within the band, falling to nothing
-    /// over a fifth of its width outside, without delay. Before zero-timing; off by default.
+    /// Lowest and highest frequency, in gigahertz, that are kept of every trace: unchanged within the band,
+    /// tapered to zero over a fifth of its width outside, without delay. Applied before zero-timing; off by
+    /// default.
     pub band_pass_ghz: Option<[f64; 2]>,
     /// How the fast time at which range is zero is found. By default the paper's
     /// `"first-trace"`, or `"none"` where `[radar] delay_ns` is given.
@@ -423,12 +424,12 @@ pub struct ImageSection {
     /// height there, where the file counts from the sea. With local coordinates simply added.
     #[serde(default)]
     pub geoid_height_m: f64,
-    /// Heights of the geoid (EGM96, EGM2008) above the ellipsoid: a grid as NGA, NOAA (`.gtx`),
-    /// GeographicLib (`.pgm`) or PROJ (GeoTIFF) hand it out. Targets and maps then also tell heights above
-    /// the sea, and a terrain that says that its heights count from there is raised by the geoid.
+    /// Heights of the geoid (EGM96, EGM2008) above the ellipsoid: a grid as NGA, NOAA (`.gtx`), GeographicLib
+    /// (`.pgm`) or PROJ (GeoTIFF) distribute it. Targets and maps then also give heights above the sea, and a
+    /// terrain whose file states heights above the sea is raised by the geoid.
     #[serde(default)]
     pub geoid: Option<PathBuf>,
-    /// Looks along the track: each an image of its own, their powers summed beside the image.
+    /// Looks along the track: a separate image of each, and the sum of their powers.
     #[serde(default)]
     pub looks: Option<usize>,
     /// Part of its path that a look shares with the next.
@@ -447,18 +448,18 @@ pub struct ImageSection {
     /// Tables that need more are built in batches of pulses.
     #[serde(default)]
     pub memory_gb: Option<f64>,
-    /// How the image is made: the adjoint of Eq. (3), or a solution for the scene. Anything but
-    /// `"adjoint"` changes what the image and its widths mean.
+    /// Method of imaging: the adjoint of Eq. (3), or a solution for the scene. With any method but
+    /// `"adjoint"` the image and its widths have another meaning.
     #[serde(default)]
     pub method: Method,
     /// Parameters of `method`, each found by itself unless stated.
     #[serde(default)]
     pub inversion: InversionSection,
-    /// Weight of each trace. By default by path where the platform stands much of the time, else the
-    /// same for all.
+    /// Weight of each trace. By default by path where the platform is at rest for much of the time, else
+    /// equal for all.
     #[serde(default)]
     pub weight: Weight,
-    /// What the pixels hold; reflectivities are of an image of the adjoint on a plane or terrain in air.
+    /// Meaning of the pixels; reflectivities require the adjoint on a plane or terrain in air.
     #[serde(default)]
     pub values: Values,
     /// Greatest angle of incidence that counts, in degrees from the vertical; level planes alone.
@@ -471,8 +472,9 @@ pub struct ImageSection {
     /// for none; level planes alone.
     #[serde(default)]
     pub antenna_cosine_power: f64,
-    /// Where the antenna looks: down in the axes of the platform, tilted with its recorded attitude, straight down, or
-    /// where a gimbal of recorded attitude points it. The lever arm turns with the platform all the same.
+    /// Where the antenna looks: down in the axes of the platform, tilted with its recorded attitude, straight
+    /// down, or where a gimbal of recorded attitude points it. The lever arm turns with the platform in every
+    /// case.
     #[serde(default)]
     pub antenna_axis: AntennaAxis,
     /// Propagation speed, in metres a second.
@@ -514,7 +516,7 @@ impl Default for ImageSection {
 }
 
 impl ImageSection {
-    /// Height of the ground under the flight where no terrain tells it, in metres.
+    /// Height of the ground under the flight where no terrain gives it, in metres.
     #[must_use]
     pub fn ground_z_m(&self) -> f64 {
         match self.z_m {
@@ -525,7 +527,7 @@ impl ImageSection {
         }
     }
 
-    /// The weight by incidence and antenna pattern asked for, if any.
+    /// The weight by incidence and antenna pattern, if any.
     #[must_use]
     pub fn incidence(&self) -> Option<IncidenceWeight> {
         (self.max_incidence_deg.is_some() || self.antenna_cosine_power != 0.0).then(|| {
@@ -547,11 +549,11 @@ impl ImageSection {
     }
 }
 
-/// `[ground]`: what lies below the surface, where rays are refracted.
+/// `[ground]`: media below the surface, where rays are refracted.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GroundSection {
-    /// Relative permittivity of the soil, where it is one. `"auto"` finds it from the echoes of buried points.
+    /// Relative permittivity of a single soil. `"auto"` finds it from the echoes of buried points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_permittivity: Option<Permittivity>,
     /// Its conductivity, in siemens per metre.
@@ -569,7 +571,7 @@ pub struct GroundSection {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GroundLayerSection {
-    /// Its thickness, in metres; the last has none.
+    /// Its thickness, in metres; the last layer has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness_m: Option<f64>,
     /// Its relative permittivity.
@@ -579,13 +581,13 @@ pub struct GroundLayerSection {
     pub conductivity_s_m: f64,
 }
 
-/// `[measure]`: what counts as a target.
+/// `[measure]`: selection of targets.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MeasureSection {
     /// Peaks weaker than this, in decibels relative to the strongest, are not listed.
     pub threshold_db: f64,
-    /// At most so many targets are listed.
+    /// Largest number of targets listed.
     pub max_targets: usize,
     /// Surveyed points to compare the targets with, one a line as `x_m,y_m,z_m` or
     /// `name,x_m,y_m,z_m`: drawn over the image, with their distances to the nearest target.

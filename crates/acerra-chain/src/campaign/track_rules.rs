@@ -25,14 +25,14 @@ impl Campaign {
                 "[radar] delay_ns",
                 "[preprocess] zero_timing = \"direct-wave\"",
             ],
-            "both say at which fast time range is zero",
+            "both state the fast time at which range is zero",
         )?;
         let offset_m = self.radar.antenna_offset_m;
         let is_near = |m: &[f64; 3]| m.iter().all(|m| m.abs() <= 100.0) && *m != [0.0; 3];
         let near = rule(
             "antenna_offset_m",
             offset_m.as_ref().is_none_or(is_near),
-            "a way from the receiver of up to 100 m, not 0",
+            "a vector from the receiver of up to 100 m, not 0",
             offset_m,
         );
         check("radar", &[near])?;
@@ -61,8 +61,8 @@ impl Campaign {
         Ok(())
     }
 
-    /// Attitudes come from a log; an antenna on a gimbal needs one, and a gimbal that nothing is turned by is a
-    /// mistake.
+    /// Attitudes come from a log; an antenna on a gimbal needs attitudes, and a gimbal whose attitude no
+    /// antenna uses is a mistake.
     fn check_attitudes(&self) -> Result<(), CampaignError> {
         let trajectory = &self.trajectory;
         let is_gimbal = self.image.antenna_axis.is_gimbal();
@@ -73,13 +73,13 @@ impl Campaign {
             Rule::new(
                 "attitude_file",
                 !has_attitude_file || has_file || self.gnss.is_some(),
-                "positions of [gnss] or of a file beside it, which it turns",
+                "positions of [gnss] or of another file, to which the attitudes belong",
                 "none",
             ),
             rule(
                 "attitude_file",
                 !has_attitude_file || trajectory.attitude_file != trajectory.file,
-                "another file than that of the positions, whose own attitudes count without it",
+                "another file than that of the positions, whose own attitudes are used by default",
                 &trajectory.attitude_file,
             ),
             Rule::new(
@@ -108,7 +108,7 @@ impl Campaign {
             Rule::new(
                 "gimbal_source",
                 is_gimbal || trajectory.gimbal_source.is_none(),
-                "[image] antenna_axis = \"gimbal\" or \"gimbal-forward\" beside it",
+                "[image] antenna_axis = \"gimbal\" or \"gimbal-forward\" as well",
                 self.image.antenna_axis.name(),
             ),
         ];
@@ -152,19 +152,20 @@ impl Campaign {
             rule(
                 "line_step_m",
                 step_m.is_some() == (is_regular && !is_one) || is_regular && is_one,
-                "the way from each line of several files to the next, beside line_start_m and line_end_m",
+                "the vector from each line of several files to the next, together with line_start_m and \
+                 line_end_m",
                 step_m,
             ),
             rule(
                 "line_step_m",
                 step_m.is_none_or(|step| step != [0.0; 3]),
-                "the way from each line to the next, which is not 0",
+                "the vector from each line to the next, which is not 0",
                 step_m,
             ),
             Rule::new(
                 "lines",
                 is_grid || radar.lines.is_empty(),
-                "[radar] files beside it",
+                "[radar] files as well",
                 "none",
             ),
         ];
@@ -172,7 +173,7 @@ impl Campaign {
     }
 }
 
-/// Whether a file's name stands for several.
+/// Whether a file's name is a pattern for several files.
 fn is_pattern(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.contains(['*', '?'])

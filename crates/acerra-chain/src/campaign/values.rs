@@ -25,7 +25,7 @@ pub(super) fn rule(
     Rule::new(key, holds, expected, format!("{found:?}"))
 }
 
-/// Whether each is a coordinate (m) of a flight's surroundings.
+/// Whether each is a coordinate (m) near a flight.
 pub(super) fn near<const N: usize>(values: &[f64; N]) -> bool {
     values.iter().all(|v| v.abs() <= FARTHEST_M)
 }
@@ -38,7 +38,7 @@ fn is_positive(v: &f64) -> bool {
     v.is_finite() && *v > 0.0
 }
 
-/// What the filters along fast time may be.
+/// Limits of the filters along fast time.
 pub(super) fn preprocess(section: &PreprocessSection) -> Result<(), ValueError> {
     let rules = rules!(section as "{:?}" {
         dewow_ns: given(|ns| *ns > 0.0 && *ns <= LONGEST_NS) => "a time above 0 ns, to a million",
@@ -77,7 +77,7 @@ pub(super) fn ground(section: &GroundSection) -> Result<(), ValueError> {
             && stated.and_then(Permittivity::given).is_none_or(is_permittivity)
             => "1 to 100, or \"auto\", or [[ground.layer]] tables instead",
         conductivity_s_m: |v| is_conductivity(*v) && (!is_layered || *v == 0.0)
-            => "0 to 10, and none beside [[ground.layer]] tables",
+            => "0 to 10, and none together with [[ground.layer]] tables",
         surface_z_m: |z| near(&[*z]) => "a height within 1e7 m",
         layer: |layers| layers.len() <= 8 && layers.iter().all(|l| {
             is_permittivity(l.relative_permittivity) && is_conductivity(l.conductivity_s_m)

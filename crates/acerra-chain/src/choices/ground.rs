@@ -13,14 +13,14 @@ pub enum GroundSurface {
     /// Level, at `surface_z_m`.
     #[default]
     Level,
-    /// That of `[image] terrain`, with one soil below; `[image] z_m` gives the heights of the image.
+    /// The surface of `[image] terrain`, with one soil below; `[image] z_m` gives the heights of the image.
     Terrain,
     /// As the first echo of the ground places it below the tracks, with one soil below. Where `[radar] delay_ns` is not
     /// stated, its median is at `surface_z_m`.
     Radar,
 }
 
-/// `[ground] relative_permittivity`: that of the soil.
+/// `[ground] relative_permittivity`: permittivity of the soil.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Permittivity {

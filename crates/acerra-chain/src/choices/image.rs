@@ -1,4 +1,4 @@
-//! What the image is, and how traces and tracks are summed.
+//! Kind of image, and how traces and tracks are summed.
 
 use schemars::JsonSchema;
 use serde::de::Deserializer;
@@ -34,7 +34,7 @@ impl<'de> Deserialize<'de> for Heights {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Weight {
-    /// By path where the platform stands much of the time, otherwise one for every trace.
+    /// By path where the platform is at rest for much of the time, otherwise equal for every trace.
     #[default]
     Auto,
     /// One for every trace: the paper's sum.
@@ -43,15 +43,15 @@ pub enum Weight {
     Path,
 }
 
-/// `[image] values`: what the pixels hold.
+/// `[image] values`: meaning of the pixels.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Values {
     /// The sum of Eq. (3), which grows as 1/R⁴ towards the flight.
     #[default]
     Sum,
-    /// The sum divided by that of a point of unit reflectivity: reflectors near and far are equally bright, and noise
-    /// is brighter far away.
+    /// The sum divided by that of a point of unit reflectivity: equal reflectors near and far are equally
+    /// bright, and noise is brighter far away.
     Reflectivity,
 }
 
@@ -102,7 +102,7 @@ pub enum LookTaper {
     Hann,
 }
 
-/// `[tracks] sum`: what of several tracks is summed.
+/// `[tracks] sum`: how several tracks are summed.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sum {
@@ -120,6 +120,6 @@ pub enum CalibrationSource {
     /// The campaign file alone.
     #[default]
     Given,
-    /// A target that all tracks see, beside what the campaign file gives.
+    /// A target that all tracks see, in addition to the values of the campaign file.
     Target,
 }

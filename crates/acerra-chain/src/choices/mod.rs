@@ -1,5 +1,4 @@
-//! What each stage can be asked for, as a settings file writes it: a word, a number, a list or a
-//! table.
+//! Choices of each stage, as a settings file writes them: a word, a number, a list or a table.
 
 mod ground;
 mod image;

@@ -1,9 +1,9 @@
-//! What becomes of contradictions, and which products are written.
+//! Treatment of contradictions, and the products to write.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[checks] contradictions`: what becomes of a run whose evidence contradicts its settings.
+/// `[checks] contradictions`: treatment of a run whose evidence contradicts its settings.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Contradictions {
@@ -14,7 +14,7 @@ pub enum Contradictions {
     Warn,
 }
 
-/// `[products] formats`: files for other programs, beside those that every run writes.
+/// `[products] formats`: files for other programs, in addition to those of every run.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProductFormat {

@@ -5,7 +5,7 @@ use toml::Value;
 
 /// Farthest place (m) from the origin of the frame, more than the Earth's radius.
 pub(crate) const FARTHEST_M: f64 = 1e7;
-/// Longest time (s) between radar and trajectory clock: GPS time is a tenth of it.
+/// Longest time (s) between radar and trajectory clock: a tenth of GPS time.
 pub(crate) const LONGEST_S: f64 = 1e10;
 /// Longest delay (ns): light goes 300 km.
 pub(crate) const LONGEST_NS: f64 = 1e6;

@@ -14,7 +14,7 @@ pub enum HeightSource {
     Radar,
 }
 
-/// `[trajectory] height_datum`: what the heights of a table are above.
+/// `[trajectory] height_datum`: vertical datum of the heights of a table.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HeightDatum {
@@ -36,7 +36,7 @@ impl From<HeightDatum> for acerra_geo::read::HeightDatum {
     }
 }
 
-/// `[trajectory] unfixed`: what becomes of traces whose position has no fixed solution.
+/// `[trajectory] unfixed`: treatment of traces whose position has no fixed solution.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Unfixed {

@@ -46,7 +46,7 @@ impl<'de> Deserialize<'de> for Delay {
 pub enum TimeOffset {
     /// Found from the data.
     Auto,
-    /// Taken from the clock that was recorded beside the radar log.
+    /// Taken from the clock recorded with the radar log.
     Logged,
     /// Given, in seconds.
     #[serde(untagged)]
@@ -82,7 +82,7 @@ pub enum ZeroTiming {
     DirectWave,
     /// Fast time is left as it is (less `[radar] delay_ns`).
     None,
-    /// Fast time is shifted by so much.
+    /// Fast time is shifted by this number of nanoseconds.
     #[serde(untagged)]
     Shift {
         /// Added to fast time, in nanoseconds.

@@ -1,4 +1,4 @@
-//! Which traces enter the image, and what is taken off each.
+//! Traces that enter the image, and the background subtracted from each.
 
 use schemars::JsonSchema;
 use serde::de::{Deserializer, Error};
@@ -11,7 +11,7 @@ use super::parse::{LONGEST_NS, pair_within, single, word_or};
 #[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Select {
-    /// The traces during which the platform moves, where it stands much of the time; every trace
+    /// The traces during which the platform moves, where it is at rest for much of the time; every trace
     /// otherwise.
     #[default]
     Auto,
@@ -46,7 +46,7 @@ impl<'de> Deserialize<'de> for Select {
     }
 }
 
-/// `[preprocess] background`: what is subtracted from every trace.
+/// `[preprocess] background`: background subtracted from every trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Background {
@@ -59,7 +59,7 @@ pub enum Background {
     Surface,
     /// Nothing.
     None,
-    /// The mean of a window of so many traces about each trace.
+    /// The mean of a window of this number of traces about each trace.
     #[serde(untagged)]
     Window {
         /// Length of the window, in traces.
@@ -109,7 +109,7 @@ pub enum Gate {
     Auto,
     /// The whole trace.
     None,
-    /// From so many nanoseconds after 2h/c (negative: before) to so many after it.
+    /// From this number of nanoseconds after 2h/c (negative: before) to the second.
     #[serde(untagged)]
     About([f64; 2]),
 }
@@ -118,8 +118,8 @@ impl Gate {
     /// The gate of [`Gate::Auto`] where the image lies below the flight: nanoseconds about 2h/c.
     pub const BELOW_NS: [f64; 2] = [-6.0, 24.0];
 
-    /// The nanoseconds about 2h/c that are kept, [`Gate::Auto`] taken for a view below the flight;
-    /// none where all are.
+    /// The nanoseconds about 2h/c that are kept, with [`Gate::Auto`] as for a view below the flight; none
+    /// where all are kept.
     #[must_use]
     pub fn about_ns(self) -> Option<[f64; 2]> {
         match self {

@@ -16,7 +16,7 @@ pub enum CleanError {
          surface echo cannot be seen): {0}"
     )]
     ZeroTiming(Refused),
-    /// The direct wave is wanted of antennas that are not known to be apart.
+    /// The direct wave is requested for antennas that are not known to be apart.
     #[error(
         "[preprocess] zero_timing = \"direct-wave\": expected transmitter and receiver apart ([radar] \
          antenna_offset_m, ANTENNA SEPARATION in the file's header of a line), found one place for both; state [radar] delay_ns"
@@ -42,8 +42,8 @@ pub enum CleanError {
     Background(Refused),
     /// A trace is below the ground, where the gate has no meaning.
     #[error(
-        "[preprocess] gate_ns: trace {trace} stands {depth_m:.3} m below the ground, where 2h/c has \
-         no meaning; expected [image] z_m or terrain below the flight, or gate_ns = \"none\""
+        "[preprocess] gate_ns: trace {trace} is {depth_m:.3} m below the ground, where 2h/c has no meaning; \
+         expected [image] z_m or terrain below the flight, or gate_ns = \"none\""
     )]
     BelowGround {
         /// Number of the trace in the log.

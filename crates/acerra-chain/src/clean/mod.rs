@@ -30,7 +30,7 @@ pub use options::{CleanOptions, frequencies_hz};
 pub struct Cleaned {
     /// Spectra of the selected traces, fast time zero-timed.
     pub spectrum: Spectrum,
-    /// What happened to the traces; absent where the file brought spectra.
+    /// Record of the processing of the traces; absent where the file held spectra.
     pub traces: Option<CleanedTraces>,
 }
 
@@ -45,7 +45,7 @@ pub struct CleanedTraces {
     pub lines: Vec<Range<usize>>,
     /// Added to fast time (s), by delay and zero-timing together.
     pub shift_s: f64,
-    /// Picks of the surface echo, where they were wanted.
+    /// Picks of the surface echo, where requested.
     pub surface: Option<Surface>,
     /// How the echo of the surface was removed, where it was.
     pub removal: Option<SurfaceRemoval>,
@@ -56,7 +56,7 @@ pub struct CleanedTraces {
 /// The surface echo against the height.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Fast time of the echo after the shift (s); none where it was not found.
+    /// Fast time of the echo after the shift (s); none where the echo was not found.
     pub fast_time_s: Vec<Option<f64>>,
     /// Median of the echo less 2h/c (s).
     pub median_residual_s: Option<f64>,
@@ -140,7 +140,7 @@ fn clean_traces(
     })
 }
 
-/// Traces without their running mean and what lies outside the band, where that is asked for.
+/// Traces without their running mean and frequencies outside the band, where the options state these filters.
 ///
 /// # Errors
 /// A window or a band that the traces do not hold.
@@ -157,7 +157,8 @@ pub(crate) fn filtered(
     Ok(raw)
 }
 
-/// The same traces with another background removed, otherwise cleaned alike; `height_m` as they were.
+/// The same traces with another background removed, otherwise cleaned as before; `height_m` as in the call
+/// before.
 pub(crate) fn cleaned_with(
     background: Background,
     traces: &CleanedTraces,
@@ -171,7 +172,8 @@ pub(crate) fn cleaned_with(
     }
 }
 
-/// The removal of a background that needs the traces alone; none of the surface's echo, which the heights place.
+/// The removal of a background that depends on the traces alone; none for the surface's echo, whose delay
+/// depends on the heights.
 pub(crate) const fn removal(background: Background) -> Option<Removal> {
     Some(match background {
         Background::Mean => Removal::Mean,

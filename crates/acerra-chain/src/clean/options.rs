@@ -13,10 +13,10 @@ pub struct CleanOptions {
     pub delay_ns: Option<Delay>,
     /// How the fast time at which range is zero is found.
     pub zero_timing: ZeroTiming,
-    /// Fast time at which range is zero by the echo that follows the height over the whole flight (s), where one clearly
-    /// does: zero-timing by the surface echo holds to it.
+    /// Fast time at which range is zero by the echo that follows the height over the whole flight (s), where
+    /// one clearly does: zero-timing by the surface echo stays near this echo.
     pub surface_delay_s: Option<f64>,
-    /// What is subtracted from every trace.
+    /// Background subtracted from every trace.
     pub background: Background,
     /// The part of each trace that is kept.
     pub gate_ns: Gate,

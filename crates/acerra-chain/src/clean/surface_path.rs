@@ -6,8 +6,8 @@ use crate::scene::Ground;
 /// Points from the middle to either side of the coarse search over uneven ground.
 const HALF: i32 = 12;
 
-/// Steps of the coarse search over its reach, and the size at which the fine one ends (m): the path changes by the
-/// square of what is left of it.
+/// Steps of the coarse search over its reach, and the size at which the fine search ends (m): the path
+/// changes by the square of the remaining error.
 const FINEST_M: f64 = 1e-4;
 
 /// Shortest path from transmitter to receiver by way of the ground, for each trace (m).

@@ -30,8 +30,8 @@ pub(super) fn time(
             match height_m.first() {
                 Some(first_m) if *first_m <= 0.0 && is_mostly_above_ground(height_m) => {
                     warnings.add(format!(
-                        "zero-timing by the median of all traces: the first stands {:.2} m below the ground of the \
-                         image ([trajectory] origin_deg_m, [image] z_m)",
+                        "zero-timing by the median of all traces: the first is {:.2} m below the ground of \
+                         the image ([trajectory] origin_deg_m, [image] z_m)",
                         -first_m
                     ));
                     Timing::AllTraces(options)
@@ -69,8 +69,9 @@ pub(super) fn time(
 /// of a band of 1.7 GHz.
 const LOBES_S: f64 = 3e-9;
 
-/// Zero-timing by the surface echo; by the echoes about the one that follows the height over the whole flight (its
-/// delay, s), where one beyond the reach of its side lobes, of something stronger, was taken for the ground's.
+/// Zero-timing by the surface echo. Where an echo beyond the reach of the surface's side lobes, of a stronger
+/// object, was taken for the surface's, the echoes about the one that follows the height over the whole
+/// flight (its delay, s) are used.
 fn by_surface(
     (raw, height_m): (Radargram, &[f64]),
     method: &Timing,
@@ -140,7 +141,7 @@ fn by_direct_wave_s(
     let seen = direct_wave(&in_band).ok_or(CleanError::NoDirectWave {
         start_s: raw.fast_time_start_s,
     })?;
-    // A quarter of a period turns the echoes of a trace against those of the others by as much.
+    // A quarter of a period shifts the phase of a trace's echoes against those of the others by as much.
     let most_s = 0.5 / (low_hz + high_hz);
     if seen.spread_s > most_s {
         warnings.add(format!(
@@ -188,7 +189,8 @@ mod tests {
 
     #[test]
     fn the_direct_wave_is_put_at_the_way_between_the_antennas() {
-        // What `radargram` takes for the ground 0.3 m below one antenna is the way between two, 0.6 m apart.
+        // An echo that `radargram` would place on the ground 0.3 m below one antenna is the direct path
+        // between two antennas 0.6 m apart.
         let raw = radargram(&[0.3; 20]);
         let mut aligned = at_heights(&[1.0; 20]);
         let options = CleanOptions {

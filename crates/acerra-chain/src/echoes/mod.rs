@@ -13,7 +13,7 @@ use crate::choices::Weight;
 use crate::position::aligned::Aligned;
 use acerra_imaging::ImagingError;
 
-/// Clean spectra of one or more tracks, and where they were measured.
+/// Clean spectra of one or more tracks, and the places of their traces.
 #[derive(Clone, Copy, Debug)]
 pub struct Echoes<'a> {
     /// Clean spectra, track after track.
@@ -77,7 +77,7 @@ pub(crate) fn quick_look(
         weight: &weight,
         light_speed_m_s,
     })?;
-    // Without 1/R², which would let what is nearest decide.
+    // Without 1/R², by which the nearest echoes would dominate.
     let options = PlanOptions::default()
         .with_accuracy(QUICK_ACCURACY)
         .with_spreading(Spreading::None)

@@ -1,8 +1,8 @@
 //! Sharpness of the strongest echoes, for settings that are found by focusing.
 //!
-//! Small patches about the maxima of a coarse image are imaged finely; a patch is as sharp as the
-//! fourth moment of its amplitudes. One patch is one independent answer, so that their scatter is the
-//! answer's own uncertainty.
+//! Small patches about the maxima of a coarse image are imaged finely; the sharpness of a patch is the fourth
+//! moment of its amplitudes. Each patch gives an independent estimate, so that the scatter over the patches
+//! gives the uncertainty.
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
@@ -25,13 +25,13 @@ const FLOOR_DB: f64 = -12.0;
 pub struct Sharpest {
     /// The value.
     pub value: f64,
-    /// Its standard deviation: how far the patches' own values scatter.
+    /// Its standard deviation: the scatter of the patches' values.
     pub sigma: f64,
-    /// Patches that have a maximum of their own.
+    /// Number of patches with a maximum inside.
     pub patches: usize,
 }
 
-/// The same rectangle with about so many pixels at most, to image it many times.
+/// The same rectangle with at most this many pixels, to be imaged many times.
 ///
 /// # Errors
 /// A rectangle that makes no grid.
@@ -80,8 +80,8 @@ pub fn log_fourth_moment(image: &[Complex32]) -> f64 {
     fourth_moment(image).max(f64::MIN_POSITIVE).ln()
 }
 
-/// The sharpest of `values` (rising), given the score of every patch at each of them; none where no
-/// patch has a maximum inside.
+/// The sharpest of `values` (rising), given the score of every patch at each value; none where no patch has a
+/// maximum inside.
 #[must_use]
 pub fn sharpest(values: &[f64], scores: &[Vec<f64>]) -> Option<Sharpest> {
     let patches = scores.first()?.len();
@@ -96,7 +96,7 @@ pub fn sharpest(values: &[f64], scores: &[Vec<f64>]) -> Option<Sharpest> {
         .collect();
     let count = own.len() as f64;
     let step = values.get(1)? - values.first()?;
-    // Few answers estimate their own scatter poorly: no less than half a step for two or fewer.
+    // Few patches estimate their own scatter poorly: at least half a step for two or fewer.
     let sigma = if own.len() < 3 {
         step
     } else {

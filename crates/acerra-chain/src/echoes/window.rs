@@ -1,9 +1,9 @@
 //! The part of an image that a search images over and over.
 //!
-//! A search scores tens or hundreds of images, so that it can afford few pixels. Spread over a large
-//! scene they would be coarser than the image of a point: whether its top falls on a pixel or between
-//! two would then change the score by more than the setting that is searched for. Pixels stay fine
-//! therefore, and the rectangle shrinks to where the strongest echoes are.
+//! A search scores tens or hundreds of images, so that each image can have few pixels. Over a large scene few
+//! pixels would be coarser than the image of a point, and the position of a maximum between pixels would
+//! change the score more than the searched setting does. Pixels therefore stay fine, and the rectangle
+//! shrinks to the strongest echoes.
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
 use acerra_imaging::{ImagingError, PlaneGrid};
@@ -15,16 +15,16 @@ use crate::echoes::sharpen::coarse;
 /// Largest pixel in wavelengths: two thirds of the width of a point seen under 60°, λ / (4 sin 30°), so
 /// that a top between pixels loses little.
 const PIXEL_WAVELENGTHS: f64 = 1.0 / 3.0;
-/// Maxima further than this below the greatest are not looked at (dB), and how many are at most.
+/// Maxima that are used: least level relative to the greatest (dB), and largest number.
 const FLOOR_DB: f64 = -12.0;
 const MAXIMA: usize = 50;
 
-/// Pixels of a look at the whole scene over those of a search's images, of which there are tens, and
-/// their number at most.
+/// Pixels of a single image of the whole scene over the pixels of each of the tens of images of a search, and
+/// their largest number.
 const LOOK_FACTOR: f64 = 20.0;
 const LOOK_PIXELS: f64 = 4e6;
 
-/// How many pixels, and how coarse, a search affords.
+/// Number and spacing of the pixels of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     /// Pixels at most of each of its images.
@@ -34,7 +34,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// So many pixels at most, fine enough for echoes of this frequency.
+    /// At most this many pixels, fine enough for echoes of this frequency.
     #[must_use]
     pub fn new(pixels: f64, middle_hz: f64, light_speed_m_s: f64) -> Self {
         Self {
@@ -43,11 +43,11 @@ impl Budget {
         }
     }
 
-    /// The rectangle, or the part of it that holds most of `maxima_m` where pixels would get too coarse;
-    /// those are asked for where they are needed, on pixels of the whole.
+    /// The rectangle, or the part of it with most of `maxima_m` where pixels would be too coarse; `maxima_m`
+    /// is called only where needed, on pixels of the whole rectangle.
     ///
     /// # Errors
-    /// A rectangle that makes no grid, and those of `maxima_m`.
+    /// A rectangle that makes no grid, and errors of `maxima_m`.
     pub fn window<E: From<ImagingError>>(
         self,
         grid: PlaneGrid,
@@ -75,7 +75,7 @@ impl Budget {
         Ok(PlaneGrid::from_ranges(x_m, y_m, grid.z_m, pixel_m)?)
     }
 
-    /// Sides of a square of so many pixels, or of a rectangle where the scene is narrower.
+    /// Sides of a square of this many pixels, or of a rectangle where the scene is narrower.
     fn sides_m(self, scene_m: [f64; 2], pixel_m: f64) -> [f64; 2] {
         let square_m = pixel_m * self.pixels.sqrt();
         let area_m2 = square_m * square_m;
@@ -112,8 +112,8 @@ fn bounds(grid: PlaneGrid) -> [[f64; 2]; 2] {
     ]
 }
 
-/// The middle of those places that fit into a window about one of them, where most do; of equally
-/// many those about the first.
+/// The centre of the places within the window about one place that holds most of them; of equal windows, the
+/// first.
 fn crowded(places_m: &[[f64; 2]], sides_m: [f64; 2]) -> Option<[f64; 2]> {
     let inside = |centre: &[f64; 2]| -> Vec<[f64; 2]> {
         let is_in = |p: &[f64; 2]| (0..2).all(|k| (p[k] - centre[k]).abs() <= 0.5 * sides_m[k]);

@@ -1,7 +1,7 @@
 //! Heights of the positions against the ground that the radar sees, where no echo follows them.
 //!
-//! Heights that drift, as those of a single-point solution do, lose the surface echo: it neither follows
-//! them nor lies in the gate. The echo that stands out near them tells the ground all the same.
+//! Where heights drift, as in a single-point solution, the surface echo neither follows the heights nor lies
+//! in the gate. The clearest echo near the heights still gives the ground.
 
 use acerra_radar::clean::{Background, remove_background};
 
@@ -12,7 +12,7 @@ use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::{Prepared, Track};
 use crate::scene::Scene;
 
-/// Judges the heights of a track by the echo that stands out most near them.
+/// Judges the heights of a track by the clearest echo near them.
 pub(super) fn weigh(prepared: &Prepared, track: &Track, traces: &CleanedTraces) -> Option<Finding> {
     let height_m = prepared.aligned.height_m.get(track.range.clone())?;
     if prepared.aligned.radar_height.is_some() {
@@ -22,7 +22,8 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, traces: &CleanedTraces) 
 }
 
 fn seen(traces: &CleanedTraces, height_m: &[f64], scene: &Scene) -> Option<AltimeterSeen> {
-    // Ringing of the antennas stands still at every height; the ground does so below a platform at rest only.
+    // Ringing of the antennas is constant at every height; the surface echo is constant below a platform at
+    // rest only.
     let moving = remove_background(traces.raw.clone(), Background::Mean).ok()?;
     let poor = PoorHeights {
         radargram: &moving,
@@ -45,28 +46,28 @@ fn seen(traces: &CleanedTraces, height_m: &[f64], scene: &Scene) -> Option<Altim
 struct AltimeterSeen {
     /// Median of the heights by the echo less those of the positions (m).
     pub level_m: f64,
-    /// Standard deviation of the positions' heights about the echo's, their level aside (m).
+    /// Standard deviation of the positions' heights about the echo's, without their common level (m).
     pub wander_m: f64,
     /// Standard deviation of a height by the echo (m).
     pub sigma_m: f64,
-    /// How far the echo stands out (dB), and the share of the traces in which it is followed.
+    /// Level of the echo above the rest (dB), and the share of the traces in which the echo is followed.
     pub contrast_db: f64,
     /// Share of the traces in which it is followed.
     pub picked: f64,
 }
 
-/// An echo that stands out so far (dB), in such a share of the traces, is taken for the ground's.
+/// An echo with this level (dB), in this share of the traces, counts as the ground's.
 const ALTIMETER_CONTRAST_DB: f64 = 10.0;
 const ALTIMETER_PICKED: f64 = 0.8;
 
-/// How far an echo may be from straight below and still come from what stands on the ground (m).
+/// Largest distance of an echo from straight below for an object on the ground (m).
 const HEIGHT_OFF_M: f64 = 1.0;
 
-/// Heights that wander by so much (m), beside the echo's own deviation, blur every target.
+/// Wander of heights (m), in addition to the echo's own deviation, that blurs every target.
 const HEIGHT_WANDER_M: f64 = 0.1;
 
-/// Judges heights that no echo follows, by the echo that stands out most near them; none where none
-/// does. What stands out may be a wall or a roof: it is never more than doubtful.
+/// Judges heights that no echo follows, by the clearest echo near them; none without such an echo. The echo
+/// may come from a wall or a roof, so that the heights are at most doubtful.
 fn surface_height(seen: &AltimeterSeen) -> Option<Finding> {
     let is_ground = seen.contrast_db >= ALTIMETER_CONTRAST_DB && seen.picked >= ALTIMETER_PICKED;
     let is_off = seen.level_m.abs() > HEIGHT_OFF_M
@@ -96,7 +97,7 @@ fn surface_height(seen: &AltimeterSeen) -> Option<Finding> {
                      [trajectory] origin_deg_m, height = \"radar\"; [image] z_m; [radar] delay_ns)"
                 )
             } else {
-                format!("{clearest}: within what the ground explains")
+                format!("{clearest}: explained by the ground")
             }
         })
     })

@@ -16,8 +16,8 @@ const MOST_TRACES: usize = 500;
 /// Weight from the vertical below which a pixel hardly enters the image, and its change does not count.
 const LEAST_WEIGHT: f64 = 0.1;
 
-/// What the recorded attitude does to the weights by the antenna's pattern; none where no pattern is asked for,
-/// no attitude is recorded or the antenna is said to look straight down.
+/// Effect of the recorded attitude on the weights by the antenna's pattern; none where the campaign states no
+/// pattern, no attitude is recorded or the antenna is said to look straight down.
 pub(super) fn weigh(
     prepared: &Prepared,
     track: &Track,
@@ -52,7 +52,7 @@ fn tilts_rad(boresight: &[[f64; 3]]) -> impl Iterator<Item = f64> {
     boresight.iter().map(|b| (-b[2]).clamp(-1.0, 1.0).acos())
 }
 
-/// What turns the axis; of a gimbal with how its other axis lies.
+/// Source of the axis' attitude; for a gimbal with the direction of its other axis.
 fn carrier(prepared: &Prepared, track: &Track, axis: AntennaAxis) -> Option<AxisCarrier> {
     let tilt_rad = |other: &Boresights| median(tilts_rad(other.looks.get(track.range.clone())?));
     Some(match axis {
@@ -84,7 +84,7 @@ fn weight_change_db(
             let level = (-way[2] / range_m).clamp(-1.0, 1.0);
             let tilted = (0..3).map(|a| way[a] * looks[a]).sum::<f64>() / range_m;
             let level_weight = weight.at(level.acos());
-            // Beyond the pattern's edge the change has no measure in decibels: 40 dB stand for it.
+            // Beyond the pattern's edge the change in decibels is unbounded: it counts as 40 dB.
             if level_weight >= LEAST_WEIGHT {
                 let ratio = (tilted / level).max(0.0).powf(weight.cosine_power);
                 let change_db = (20.0 * ratio.log10()).clamp(-40.0, 40.0);
@@ -104,14 +104,14 @@ enum AxisCarrier {
     Platform,
     /// A gimbal.
     Gimbal {
-        /// Whether the axis is the gimbal's forward one; else its down one.
+        /// Whether the axis is the gimbal's forward axis; else its down axis.
         is_forward: bool,
         /// Median angle between the other of the two and the vertical (rad).
         other_tilt_rad: f64,
     },
 }
 
-/// Where the antenna looked during a flight, and what that does to the weights by its pattern.
+/// Where the antenna looked during a flight, and the effect on the weights by its pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct AntennaSeen {
     /// What turned it.
@@ -120,19 +120,19 @@ struct AntennaSeen {
     pub tilt_rad: [f64; 2],
     /// Root mean square and largest change of a pixel's weight by the tilt (dB).
     pub change_db: [f64; 2],
-    /// Share of the traces without an attitude of their own.
+    /// Share of the traces without a recorded attitude.
     pub without: f64,
 }
 
-/// Tilt above which the axes of an attitude are doubted (rad): a small multirotor that stands against a wind of
-/// 10 m/s, a drag of about a third of its weight, tilts by 20°.
+/// Tilt above which the axes of an attitude are doubted (rad): a small multirotor that hovers against a wind
+/// of 10 m/s, a drag of about a third of its weight, tilts by 20°.
 const MOST_TILT_RAD: f64 = 0.35;
 
 /// Share of traces without an attitude above which the pattern is doubted.
 const MOST_WITHOUT: f64 = 0.1;
 
-/// Judges the recorded attitude that the antenna's pattern is turned by. A gimbal may look far to the side; it is
-/// doubted where its other axis lies nearer to the vertical than the one taken for the antenna's.
+/// Judges the recorded attitude that turns the antenna's pattern. A gimbal may look far to the side; its
+/// attitude is doubted where its other axis is nearer to the vertical than the axis taken for the antenna's.
 fn antenna_tilt(seen: &AntennaSeen) -> Finding {
     let [median_deg, largest_deg] = seen.tilt_rad.map(f64::to_degrees);
     let [rms_db, most_db] = seen.change_db;
@@ -151,8 +151,8 @@ fn antenna_tilt(seen: &AntennaSeen) -> Finding {
         .because(format!(
             "by the recorded attitude{} the antenna looks {median_deg:.1}° off the vertical on the median, \
              {largest_deg:.1}° at most, which changes the weights by its pattern by {rms_db:.1} dB rms, \
-             {most_db:.1} dB at most; {:.0} % of the traces have no attitude of their own. {} \
-             ([image] antenna_axis, antenna_cosine_power)",
+             {most_db:.1} dB at most; {:.0} % of the traces have no recorded attitude. {} ([image] \
+             antenna_axis, antenna_cosine_power)",
             match seen.carrier {
                 AxisCarrier::Platform => "",
                 AxisCarrier::Gimbal { .. } => " of the gimbal",

@@ -5,7 +5,7 @@ use acerra_autofocus::Decision;
 use crate::align::correction::PathCorrection;
 use crate::journal::finding::{DOUBTFUL_SIGMAS, Finding, Verdict};
 
-/// Weighs what an autofocus found.
+/// Judges the results of an autofocus.
 #[must_use]
 pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
     let found = &correction.found;
@@ -48,14 +48,14 @@ pub fn weigh_autofocus(correction: &PathCorrection) -> Vec<Finding> {
 /// Rms correction, in deviations that the positions state, from which those are doubtful.
 const DOUBTFUL_CORRECTION: f64 = 2.0;
 
-/// What became of an autofocus.
+/// Outcome of an autofocus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum AutofocusSeen {
     /// Its correction is applied.
     Applied,
     /// Points that took no part in the correction did not gain significantly.
     NotSignificant,
-    /// No point stands out.
+    /// No point is clear enough.
     NoPoints,
     /// The correction is larger than the positions' deviations allow.
     AgainstPrior,
@@ -65,8 +65,8 @@ enum AutofocusSeen {
     Worsens,
 }
 
-/// Judges the gain of the points' peaks by an autofocus, beside the loss that the positions'
-/// deviations predict.
+/// Judges the gain of the points' peaks by an autofocus, relative to the loss that the positions' deviations
+/// predict.
 fn autofocus_gain(
     seen: AutofocusSeen,
     [gain_db, sigma_db]: [f64; 2],
@@ -91,26 +91,27 @@ fn autofocus_gain(
         ),
         AutofocusSeen::NoPoints => (
             Verdict::Agrees,
-            "no point stands out of the image: the places are as stated",
+            "no point is clear enough in the image: the places are as stated",
         ),
         AutofocusSeen::LonePoint => (
             Verdict::Agrees,
-            "its own motion would look the same as the track's: the places are as stated",
+            "a motion of the point would look the same as one of the track: the places are as stated",
         ),
         AutofocusSeen::Worsens => (
             Verdict::Agrees,
-            "a point that the correction rests on is weaker with it than without: the places are as stated",
+            "a point used for the correction is weaker with the correction than without: the places are as \
+             stated",
         ),
         AutofocusSeen::AgainstPrior => (
             Verdict::Doubtful,
-            "the echoes ask for corrections beyond what the positions' deviations allow (do the points move? \
+            "the echoes need corrections beyond what the positions' deviations allow (do the points move? \
              [autofocus] sigma_m): the places are as stated",
         ),
     };
     let number = match (points, ghosts) {
         (1, _) => "1 point".to_owned(),
         (_, 0) => format!("{points} points"),
-        _ => format!("{points} points, {ghosts} of them with the ranges of another"),
+        _ => format!("{points} points, {ghosts} of them with the ranges of another point"),
     };
     let finding = Finding::judged("autofocus_gain", gain_db, "dB", verdict);
     let mut finding = finding.because(format!("{number}; {what}"));
@@ -118,8 +119,8 @@ fn autofocus_gain(
     finding
 }
 
-/// Judges the corrections by the deviations that the positions state: rms in units of them, 1 if they
-/// are right and the echoes see everything.
+/// Judges the corrections by the deviations that the positions state: rms in units of the deviations, 1 if
+/// the deviations are right and the echoes determine every error.
 fn autofocus_correction(in_sigmas: f64) -> Finding {
     let verdict = if in_sigmas <= DOUBTFUL_CORRECTION {
         Verdict::Agrees
@@ -129,16 +130,17 @@ fn autofocus_correction(in_sigmas: f64) -> Finding {
     Finding::judged("autofocus_correction", in_sigmas, "σ", verdict)
         .expecting(1.0)
         .because(
-            "rms of the corrections over the deviations of the positions: beyond 2 those are too small, or \
-             errors of another kind (delay, clock, height of the ground) are taken for theirs",
+            "rms of the corrections over the deviations of the positions: beyond 2 the deviations are too \
+             small, or errors of another kind (delay, clock, height of the ground) are mistaken for errors \
+             of the positions",
         )
 }
 
-/// Posterior over prior deviation from which a quantity counts as one that the echoes do not tell.
-const UNTOLD_SHARE: f64 = 0.95;
+/// Posterior over prior deviation from which the echoes count as not determining a quantity.
+const UNDETERMINED_SHARE: f64 = 0.95;
 
-/// Judges what an autofocus found of a quantity of the whole flight by the deviation that was stated for it:
-/// `value` and its posterior `sigma` beside the prior's.
+/// Judges the autofocus' estimate of a quantity of the whole flight by the prior deviation stated: `value`
+/// and its posterior `sigma`, and the prior's sigma.
 fn autofocus_global(
     name: &str,
     unit: &'static str,
@@ -150,8 +152,8 @@ fn autofocus_global(
     } else {
         Verdict::Doubtful
     };
-    let told = if sigma > UNTOLD_SHARE * prior_sigma {
-        "the echoes do not tell it: it stays where the prior has it"
+    let outcome = if sigma > UNDETERMINED_SHARE * prior_sigma {
+        "the echoes do not determine it: it keeps its prior value"
     } else if is_applied {
         "it is applied with the corrections of the places"
     } else {
@@ -159,7 +161,7 @@ fn autofocus_global(
     };
     let prior = two_digits(prior_sigma);
     let mut finding = Finding::judged(format!("autofocus_{name}"), value, unit, verdict).because(
-        format!("true less stated, where ± {prior} {unit} was stated beforehand; {told}"),
+        format!("true less stated, where ± {prior} {unit} was stated beforehand; {outcome}"),
     );
     finding.sigma = Some(sigma);
     finding
@@ -202,8 +204,11 @@ mod tests {
         assert_eq!(told.sigma, Some(0.0004));
         assert!(told.explanation.contains("± 0.0015 s"), "{told:?}");
         assert!(told.explanation.contains("is applied"), "{told:?}");
-        let untold = of([0.0, 0.00149, 0.0015]);
-        assert!(untold.explanation.contains("do not tell"), "{untold:?}");
+        let undetermined = of([0.0, 0.00149, 0.0015]);
+        assert!(
+            undetermined.explanation.contains("do not determine"),
+            "{undetermined:?}"
+        );
         assert_eq!(of([0.005, 0.0004, 0.0015]).verdict, Verdict::Doubtful);
     }
 }

@@ -1,4 +1,4 @@
-//! Findings on the background: what its removal takes from targets, what it leaves of still echoes, and the
+//! Findings on the background: the loss of targets by its removal, the rest of constant echoes, and the
 //! length of its window.
 
 use std::f64::consts::TAU;
@@ -22,7 +22,7 @@ use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::{Prepared, Track};
 
-/// Targets further than this below the strongest say little (dB).
+/// Targets further than this below the strongest are not judged (dB).
 const FLOOR_DB: f64 = -6.0;
 
 /// Frequencies, evenly over the band, at which echoes are compared.
@@ -131,7 +131,7 @@ fn still_share(prepared: &Prepared, track: &Track) -> Option<f64> {
     (power > 0.0 && traces > 1).then(|| still / (traces as f64 * power))
 }
 
-/// The background's window, where it has one, beside the Fresnel zone below the flight.
+/// The length of the background's window, where it has one, and the Fresnel zone below the flight.
 pub(super) fn window_of_background(
     prepared: &Prepared,
     track: &Track,
@@ -219,8 +219,8 @@ fn background_loss(kept: f64) -> Finding {
         })
 }
 
-/// Judges what does not change from trace to trace in the spectra that are imaged, as a share of their
-/// power: more than half, and the background has not been removed.
+/// Judges the power that does not change from trace to trace in the spectra that are imaged, as a share of
+/// their power: above one half, the background has not been removed.
 fn still_echoes(share: f64) -> Finding {
     let verdict = if share <= 0.5 {
         Verdict::Agrees

@@ -31,7 +31,8 @@ fn is_clear_motion(track: &Track) -> bool {
         .is_some_and(|l| l.prior().is_some())
 }
 
-/// Whether the offset in force puts targets more than five resolution cells from where the best one does.
+/// Whether the offset in force displaces targets by more than five resolution cells relative to the best
+/// offset.
 fn moves_far(prepared: &Prepared, track: &Track, seen: &ClockSeen) -> bool {
     let apart_s = (seen.offset_s - seen.best_s).abs();
     median_speed_m_s(prepared, track).is_some_and(|v| v * apart_s > FAR_M)
@@ -40,8 +41,8 @@ fn moves_far(prepared: &Prepared, track: &Track, seen: &ClockSeen) -> bool {
 /// Five resolution cells of ultra-wideband images (m).
 const FAR_M: f64 = 5.0 * ALONG_TRACK_M;
 
-/// What the deviation of an offset that was searched or recorded makes of places, at the median speed of
-/// the traces.
+/// Displacement of targets by the deviation of an estimated or recorded offset, at the median speed of the
+/// traces.
 fn offset_sigma(prepared: &Prepared, track: &Track) -> Option<Finding> {
     let judged_at = |speed_m_s| match (&track.search, &track.recorded_clock) {
         (Some(search), _) => Some(clock_offset_sigma(search.estimate.sigma_s, speed_m_s)),
@@ -63,7 +64,7 @@ fn median_speed_m_s(prepared: &Prepared, track: &Track) -> Option<f64> {
     median(speed)
 }
 
-/// The offset in force beside the likelihood of all offsets.
+/// The offset in force, and the likelihood of all offsets.
 fn clock_seen(track: &Track) -> Option<ClockSeen> {
     let likelihood = track.likelihood.as_ref()?;
     let best = likelihood.candidates.first()?;
@@ -76,7 +77,7 @@ fn clock_seen(track: &Track) -> Option<ClockSeen> {
     })
 }
 
-/// The offset in force beside what height and motion say of all offsets.
+/// The offset in force, and the likelihood of all offsets by height and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ClockSeen {
     /// The offset in force: trajectory time minus radar time (s).
@@ -85,7 +86,7 @@ struct ClockSeen {
     pub best_s: f64,
     /// Its standard deviation (s).
     pub sigma_s: f64,
-    /// Log-likelihood of the offset in force below that of the best.
+    /// Log-likelihood of the offset in force below the maximum.
     pub below_best: f64,
 }
 
@@ -93,12 +94,13 @@ struct ClockSeen {
 const DOUBTFUL_BELOW: f64 = 8.0;
 const CONTRADICTING_BELOW: f64 = 20.0;
 
-/// Offsets nearer than this to the best are the best: what sloping ground and the lever arm under
-/// tilt let it differ by (s).
+/// Offsets nearer than this to the best agree with it: the error by sloping ground and by the lever arm under
+/// tilt (s).
 const SAME_S: f64 = 0.03;
 
-/// A deviation up to which an offset counts as told (s): at 1.5 m/s three of them are a resolution cell.
-const TELLING_S: f64 = 0.015;
+/// Largest deviation of an offset that counts as determined (s): at 1.5 m/s three deviations are a resolution
+/// cell.
+const LARGEST_SIGMA_S: f64 = 0.015;
 
 /// Judges the clock offset by its likelihood.
 fn clock_offset(seen: &ClockSeen) -> Finding {
@@ -111,7 +113,7 @@ fn clock_offset(seen: &ClockSeen) -> Finding {
         Verdict::Contradicts
     };
     Finding {
-        checks: (seen.sigma_s <= TELLING_S).then_some(Setting::ClockOffset),
+        checks: (seen.sigma_s <= LARGEST_SIGMA_S).then_some(Setting::ClockOffset),
         sigma: Some(seen.sigma_s),
         ..Finding::judged("clock_offset", seen.offset_s, "s", verdict)
     }
@@ -130,30 +132,31 @@ fn clock_offset(seen: &ClockSeen) -> Finding {
 /// ultra-wideband images.
 const ALONG_TRACK_M: f64 = 0.05;
 
-/// Judges an offset that was found from the data by what its deviation makes of places along the track.
+/// Judges an offset found from the data by the uncertainty of places along the track.
 fn clock_offset_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
     let along_m = sigma_s * speed_m_s;
     along_track(along_m).because(format!(
         "the clock offset was found to ± {:.0} ms: at {speed_m_s:.1} m/s every target is uncertain by \
-         {along_m:.2} m along the track (one standard deviation); take-off, climbs or turns in the \
-         log tell it better ([trajectory] time_offset_s)",
+         {along_m:.2} m along the track (one standard deviation); take-off, climbs or turns in the log \
+         determine it better ([trajectory] time_offset_s)",
         1e3 * sigma_s
     ))
 }
 
-/// Judges the offset of a recorded clock by what its stated deviation makes of places along the track.
+/// Judges the offset of a recorded clock by the uncertainty of places along the track that its stated
+/// deviation implies.
 fn recorded_clock_sigma(sigma_s: f64, speed_m_s: f64) -> Finding {
     let along_m = sigma_s * speed_m_s;
     along_track(along_m).because(format!(
-        "the clock offset is that of the clock recorded beside the radar log, which states ± {:.2} ms: at \
+        "the clock offset is that of the clock recorded with the radar log, which states ± {:.2} ms: at \
          {speed_m_s:.1} m/s every target is uncertain by {along_m:.3} m along the track (one standard \
-         deviation); latencies that were measured or time marks tell it better ([radio] latency_ms and \
-         [gnss] latency_ms of the session, UBX-TIM-TM2)",
+         deviation); measured latencies or time marks give a better one ([radio] latency_ms and [gnss] \
+         latency_ms of the session, UBX-TIM-TM2)",
         1e3 * sigma_s
     ))
 }
 
-/// A place along the track that is uncertain by so much.
+/// Uncertainty of a place along the track that is doubted.
 fn along_track(along_m: f64) -> Finding {
     let verdict = if along_m <= ALONG_TRACK_M {
         Verdict::Agrees

@@ -5,7 +5,7 @@ use acerra_imaging::IncidenceWeight;
 use crate::align::geometry::{ImageGeometry, distance_m, ranges_held};
 use crate::journal::finding::{Finding, Verdict};
 
-/// The share of the image that a weight lets through; one that a pattern merely weakens is doubted at most.
+/// The share of the image within the weight's support; antenna-pattern loss alone never contradicts.
 pub(super) fn covered_by(
     weight: &IncidenceWeight,
     geometry: &ImageGeometry<'_>,

@@ -62,20 +62,20 @@ pub(super) fn delay_seen(prepared: &Prepared, track: &Track, shift_s: f64) -> Op
     })
 }
 
-/// Log-likelihood below the sharpest delay from which the one in force is doubted (odds of 160 000
-/// to 1), and how far it must be from the nearest that agrees (ns): 7.5 cm of range.
+/// Log-likelihood below the sharpest delay from which the delay in force is doubted (odds of 160 000 to 1),
+/// and least distance from the nearest delay that agrees (ns): 7.5 cm of range.
 const DOUBTFUL_BELOW: f64 = 12.0;
 const DOUBTFUL_NS: f64 = 0.5;
 
-/// A deviation up to which a delay counts as told (ns).
-const TELLING_NS: f64 = 0.5;
+/// Largest deviation of a delay that counts as determined (ns).
+const LARGEST_SIGMA_NS: f64 = 0.5;
 
-/// How far before the radar's own time zero range zero may stand (ns): what a calibration of the
-/// instrument may leave.
+/// Largest time of range zero before the radar's own time zero (ns): the error of a calibration of the
+/// instrument.
 const BEFORE_ZERO_NS: f64 = 1.0;
 
-/// Judges the fast time taken for range zero, where it comes before the radar's own time zero: no
-/// instrument receives before it transmits.
+/// Judges the fast time taken for range zero, where it comes before the radar's own time zero: no instrument
+/// receives before it transmits.
 pub(super) fn delay_before_zero(delay_ns: f64) -> Option<Finding> {
     (delay_ns < -BEFORE_ZERO_NS).then(|| {
         Finding::judged("delay_before_zero", delay_ns, "ns", Verdict::Doubtful)
@@ -88,8 +88,8 @@ pub(super) fn delay_before_zero(delay_ns: f64) -> Option<Finding> {
     })
 }
 
-/// Judges the delay in force by the sharpness of images about it. Targets above or below the image
-/// plane are sharp at another delay than its own, so that it is doubted at most.
+/// Judges the delay in force by the sharpness of images about it. Targets above or below the image plane are
+/// sharp at another delay than targets in the plane, so that the delay is at most doubted.
 fn delay_sharpness(seen: &DelayCheck) -> Finding {
     let off_ns = -1e9 * seen.later_s;
     let is_off = 1e9 * seen.outside_s > DOUBTFUL_NS && seen.below_best >= DOUBTFUL_BELOW;
@@ -99,7 +99,7 @@ fn delay_sharpness(seen: &DelayCheck) -> Finding {
         Verdict::Agrees
     };
     Finding {
-        checks: (1e9 * seen.sigma_s <= TELLING_NS).then_some(Setting::Heights),
+        checks: (1e9 * seen.sigma_s <= LARGEST_SIGMA_NS).then_some(Setting::Heights),
         sigma: Some(1e9 * seen.sigma_s),
         ..Finding::judged("delay_sharpness", off_ns, "ns", verdict)
     }
@@ -115,8 +115,8 @@ fn delay_sharpness(seen: &DelayCheck) -> Finding {
 /// Delay of half a metre of range (ns).
 const FAR_NS: f64 = 3.3;
 
-/// Judges the fast time taken for range zero by the echo that follows the flight's height: `delay_ns`
-/// in force, `seen_ns` ± `sigma_ns` by that echo.
+/// Judges the fast time taken for range zero by the echo that follows the flight's height: `delay_ns` in
+/// force, `seen_ns` ± `sigma_ns` by the echo.
 pub(super) fn zero_timing(delay_ns: f64, seen_ns: f64, sigma_ns: f64) -> Finding {
     let sigma_ns = sigma_ns.hypot(MEAN_LEVEL_NS);
     let finding = Finding::compared("delay", delay_ns, seen_ns, sigma_ns, "ns");
@@ -128,9 +128,8 @@ pub(super) fn zero_timing(delay_ns: f64, seen_ns: f64, sigma_ns: f64) -> Finding
         Verdict::Doubtful
     };
     finding.checking(Setting::Heights).at_most(most).because(format!(
-        "fast time {delay_ns:.2} ns is taken for range zero, the echo that follows the flight's \
-         height says {seen_ns:.2} ns: {:+.2} m of range ([radar] delay_ns, [preprocess] zero_timing, \
-         heights)",
+        "fast time {delay_ns:.2} ns is taken for range zero, the echo that follows the flight's height \
+         gives {seen_ns:.2} ns: {:+.2} m of range ([radar] delay_ns, [preprocess] zero_timing, heights)",
         0.5e-9 * (delay_ns - seen_ns) * LIGHT_SPEED_M_S
     ))
 }

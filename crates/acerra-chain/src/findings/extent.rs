@@ -15,25 +15,26 @@ use crate::prepare::Prepared;
 /// Contributions of the image of the surroundings, and the bounds of its pixels: 5 cm apart on 1000 m².
 const CONTRIBUTIONS: f64 = 4e9;
 const PIXELS: [f64; 2] = [20_000.0, 400_000.0];
-/// Surroundings reach to the farthest range held, and no farther beside the track than this many heights.
+/// Surroundings reach to the farthest range held, and to the side of the track at most this many heights.
 const MOST_HEIGHTS: f64 = 3.0;
-/// Maxima that are looked at, down to this level (dB), and how many of them on either side of the edge.
+/// Maxima compared on either side of the edge: least level (dB), and largest number.
 const MAXIMA: usize = 400;
 const FLOOR_DB: f64 = -30.0;
 const POINTS: usize = 4;
 /// Half of the side of the fine image about a maximum (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.25;
 const FINE_PIXEL_M: f64 = 0.025;
-/// Range cells behind the ground straight below within which an echo may be a residue of the surface's, and the
-/// coherence over the traces that see it from which it is a point all the same: of a point it is near 1, of a residue
-/// the share of these traces within a Fresnel zone, a tenth.
+/// Range cells behind the ground straight below within which an echo may be a residue of the surface's, and
+/// the coherence over the traces that see the echo from which it is a point all the same. The coherence of a
+/// point is near 1, that of a residue is the share of these traces within a Fresnel zone, a tenth.
 const SURFACE_CELLS: f64 = 4.0;
 const LEAST_COHERENCE: f64 = 0.25;
-/// Traces that see a place, by their ranges over that of closest approach: 48° to either side.
+/// Traces that see a place: largest range over that of closest approach, 48° to either side.
 const SEEN_FROM: f64 = 1.5;
 /// Places outside that are looked at finely.
 const LOOKED_AT: usize = 16;
-/// Level above the strongest echo inside from which one outside is said (dB): less may be its own mirror image.
+/// Level above the strongest echo inside from which an echo outside is reported (dB): a weaker one may be the
+/// mirror image of an echo inside.
 const STRONGER_DB: f64 = 3.0;
 
 /// Judges the strongest echo outside the image by the strongest one inside it.
@@ -57,7 +58,7 @@ pub(super) fn weigh(
     control.check()?;
     let seen = Surroundings::of(prepared, pixels.grid).and_then(|around| around.strongest());
     control.check()?;
-    // Surroundings that cannot be imaged say nothing.
+    // Surroundings that cannot be imaged give no finding.
     Ok(seen.ok().flatten().map(|seen| image_extent(&seen)))
 }
 
@@ -91,7 +92,7 @@ fn image_extent(seen: &Outside) -> Finding {
     ))
 }
 
-/// The flight with what lies around it.
+/// The flight with its surroundings.
 struct Surroundings<'a> {
     prepared: &'a Prepared,
     image: PlaneGrid,
@@ -193,7 +194,7 @@ impl<'a> Surroundings<'a> {
             && within(y_m, grid.y0_m, grid.y_m(grid.ny - 1))
     }
 
-    /// Whether a place is passed, and its echo no residue of the surface's straight below.
+    /// Whether the flight passes a place whose echo is no residue of the surface's straight below.
     fn is_point(&self, [x_m, y_m]: [f64; 2]) -> bool {
         let Prepared {
             aligned,
@@ -253,7 +254,7 @@ fn stronger(points: Vec<([f64; 2], f64)>) -> Option<([f64; 2], f64)> {
     points.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// Power of the sum of some echoes over that of as many in phase: 1 where all are alike.
+/// Power of the coherent sum of some echoes over that of as many echoes in phase: 1 where all are equal.
 fn coherence(echoes: impl Iterator<Item = Complex64>) -> f64 {
     let (mut sum, mut power, mut count) = (Complex64::default(), 0.0, 0.0);
     for echo in echoes {

@@ -30,7 +30,8 @@ pub(super) fn weigh_geometry(
         }),
         step_of_frequencies(prepared, &range_m),
         window_of_background(prepared, track, geometry),
-        // Spectra bring their own: what stands between them and the ranges is not Acerra's.
+        // Files of spectra bring their own frequencies: the processing between frequencies and ranges was not
+        // Acerra's.
         track
             .cleaned
             .as_ref()
@@ -41,7 +42,7 @@ pub(super) fn weigh_geometry(
     .collect()
 }
 
-/// The spacing of the frequencies beside the ranges that the data hold.
+/// The spacing of the frequencies, and the ranges that the data hold.
 fn step_of_frequencies(prepared: &Prepared, range_m: &[[f64; 2]]) -> Option<Finding> {
     let [first, second, ..] = prepared.spectrum.frequency_hz.as_slice() else {
         return None;
@@ -186,8 +187,8 @@ fn frequency_step(grid: &FrequencyGrid) -> Finding {
         ))
 }
 
-/// Waves in air are slower than in vacuum by up to so much
-/// (refractivity below 450·10⁻⁶, ITU-R P.453), and settings round that.
+/// Largest excess of the speed in vacuum over the speed in air (refractivity below 450·10⁻⁶, ITU-R P.453),
+/// and rounding of settings.
 const AIR_SHARE: f64 = 1e-3;
 
 /// Judges the propagation speed: radar of drones works in air.

@@ -57,10 +57,10 @@ struct ImageContrast {
     pub cells: f64,
 }
 
-/// Judges the image's maximum by that of an image of noise alone.
+/// Judges the image's maximum by the maximum of an image of noise alone.
 ///
-/// Of N independent values of circular Gaussian noise the greatest power stands ln N / ln 2 over the
-/// median; 3 dB above that, something is focused.
+/// Of N independent values of circular Gaussian noise the greatest power is ln N / ln 2 over the median; 3 dB
+/// above that, something is focused.
 fn contrast(image: &ImageContrast) -> Finding {
     let noise_db = 10.0 * (image.cells.max(4.0).ln() / std::f64::consts::LN_2).log10();
     let verdict = if image.peak_over_median_db > noise_db + 3.0 {
@@ -72,15 +72,14 @@ fn contrast(image: &ImageContrast) -> Finding {
         .expecting(noise_db)
         .because(match verdict {
             Verdict::Agrees => format!(
-                "the image's maximum is {:.1} dB over its median, that of noise alone would be \
+                "the image's maximum is {:.1} dB over its median, the maximum of noise alone would be \
                  {noise_db:.1} dB over it: something is focused",
                 image.peak_over_median_db
             ),
             Verdict::Doubtful | Verdict::Contradicts => format!(
-                "the image's maximum is {:.1} dB over its median, that of noise alone would be \
-                 {noise_db:.1} dB over it: too few traces ([radar] select), places or a gate of something \
-                 else ([trajectory] time_offset_s, [preprocess] gate_ns), or nothing there ([image] x_m, \
-                 y_m)",
+                "the image's maximum is {:.1} dB over its median, the maximum of noise alone would be \
+                 {noise_db:.1} dB over it: too few traces ([radar] select), wrong places or a wrong gate \
+                 ([trajectory] time_offset_s, [preprocess] gate_ns), or no target there ([image] x_m, y_m)",
                 image.peak_over_median_db
             ),
         })

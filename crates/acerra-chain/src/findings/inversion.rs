@@ -3,7 +3,8 @@
 use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 
-/// Convergence, the residual beside the noise, and what the flight cannot tell apart; nothing of an adjoint.
+/// Convergence, residual relative to the noise, and places that the flight cannot distinguish; no findings
+/// for an adjoint.
 pub(super) fn weigh(focused: &Focused) -> Vec<Finding> {
     let Some(record) = &focused.inversion else {
         return Vec::new();
@@ -27,7 +28,7 @@ pub(super) fn weigh(focused: &Focused) -> Vec<Finding> {
 struct InversionSeen {
     /// Iterations done.
     pub iterations: usize,
-    /// Whether they reached the solution that the method defines.
+    /// Whether the iterations converged to the solution that the method defines.
     pub is_converged: bool,
     /// ‖d − Lσ‖/‖d‖.
     pub residual: f64,
@@ -41,7 +42,7 @@ const MODEL_ERROR_DB: f64 = 6.0;
 /// A residual this far below it explains noise as a scene, dB.
 const OVER_FIT_DB: f64 = -3.0;
 
-/// Doubts an image that is only on the way to its method's solution.
+/// Doubts an image whose solution has not converged.
 fn inversion_converged(seen: &InversionSeen) -> Finding {
     let verdict = if seen.is_converged {
         Verdict::Agrees
@@ -50,11 +51,11 @@ fn inversion_converged(seen: &InversionSeen) -> Finding {
     };
     let iterations = seen.iterations as f64;
     Finding::judged("inversion_converged", iterations, "iterations", verdict).because(format!(
-        "after {} iterations the solution {}: more of them ([image.inversion] max_iterations), or more \
-         regularisation (threshold_db, damping, sparsity, clean_threshold_db), settle it",
+        "after {} iterations the solution {}: more iterations ([image.inversion] max_iterations), or more \
+         regularisation (threshold_db, damping, sparsity, clean_threshold_db), lead to convergence",
         seen.iterations,
         if seen.is_converged {
-            "stands still"
+            "no longer changes"
         } else {
             "still changes, or no longer improves"
         },
@@ -70,8 +71,8 @@ fn inversion_residual(seen: &InversionSeen) -> Option<Finding> {
     let (verdict, meaning) = if above_db > MODEL_ERROR_DB {
         (
             Verdict::Doubtful,
-            "much of the data is no point of the image: positions or delay that are off, echoes from beside \
-             the image or from other heights, or regularisation that is too strong",
+            "no point of the image explains much of the data: wrong positions or delay, echoes from outside \
+             the image or from other heights, or too strong regularisation",
         )
     } else if above_db < OVER_FIT_DB {
         (
@@ -79,11 +80,14 @@ fn inversion_residual(seen: &InversionSeen) -> Option<Finding> {
             "the image explains noise as well: regularisation is too weak",
         )
     } else {
-        (Verdict::Agrees, "the image explains what is not noise")
+        (
+            Verdict::Agrees,
+            "the image explains the data up to the noise",
+        )
     };
     let finding = Finding::judged("inversion_residual", value_db, "dB", verdict);
     Some(finding.expecting(noise_db).because(format!(
-        "the echoes of the image differ from the data by {value_db:.1} dB of them, noise alone would by \
+        "the echoes of the image differ from the data by {value_db:.1} dB of them, noise alone would give \
          {noise_db:.1} dB: {meaning} ([image] method, [image.inversion])"
     )))
 }
@@ -92,16 +96,17 @@ fn inversion_residual(seen: &InversionSeen) -> Option<Finding> {
 const AMBIGUOUS_DB: f64 = -1.0;
 
 /// Doubts a solution where the adjoint images a single point about as strongly elsewhere: `adjoint_db` is the
-/// greatest value beside the point, at the strongest target.
+/// greatest value away from the point, at the strongest target.
 fn inversion_ambiguity(adjoint_db: f64) -> Finding {
     let (verdict, meaning) = if adjoint_db > AMBIGUOUS_DB {
         (
             Verdict::Doubtful,
-            "the flight cannot tell these places apart, so that the method's choice of one (of the side of a \
-             straight track) is arbitrary: look at the adjoint, or fly a second track beside this one",
+            "the flight cannot distinguish these places, so that the method's choice of one place (of the \
+             side of a straight track) is arbitrary: compare with the adjoint, or fly a second track \
+             parallel to this one",
         )
     } else {
-        (Verdict::Agrees, "the flight tells these places apart")
+        (Verdict::Agrees, "the flight distinguishes these places")
     };
     Finding::judged("inversion_ambiguity", adjoint_db, "dB", verdict).because(format!(
         "a point at the strongest target is seen by the adjoint at another place as well, {adjoint_db:.1} dB \

@@ -1,4 +1,4 @@
-//! Findings of a run: each a value of the data beside what it should be, with a verdict.
+//! Findings of a run: each compares a value of the data with its expected value, and has a verdict.
 //!
 //! ```text
 //! positions ──judge_source───► findings on their source                              (position)
@@ -7,8 +7,9 @@
 //! targets   ──weigh_targets───► findings on what was measured
 //! ```
 //!
-//! A topic's file first gathers numbers that the stages hold anyway and then judges them by a plain function. What
-//! contradicts makes a run fail unless the campaign says otherwise (`[checks] contradictions = "warn"`).
+//! A topic's file first gathers numbers that the stages hold and then judges these numbers by a plain
+//! function. Contradictions make a run fail unless the campaign states otherwise (`[checks] contradictions =
+//! "warn"`).
 
 mod altimeter;
 mod antenna;
@@ -92,7 +93,7 @@ pub fn weigh_prepared(
     Ok(findings)
 }
 
-/// Weighs the image, and the settings by what its strongest targets say of them.
+/// Judges the image, and the settings by the image's strongest targets.
 ///
 /// # Errors
 /// The caller asked to stop.
@@ -126,7 +127,7 @@ pub fn weigh_image(
     Ok(findings)
 }
 
-/// The finding with the track's name behind its own, where there are several tracks.
+/// The finding with the track's name appended to its own, where there are several tracks.
 fn named(prepared: &Prepared, track: &Track, mut finding: Finding) -> Finding {
     if prepared.tracks.len() > 1 {
         finding.name = format!("{} of {}", finding.name, track.name);

@@ -1,5 +1,5 @@
-//! Findings on what moves the traces: clock offset and lever arm, against what the phases of the
-//! strongest targets prefer.
+//! Findings on settings that move the traces: clock offset and lever arm, compared with the values that the
+//! phases of the strongest targets prefer.
 
 use acerra_geo::interpolate::Interpolator;
 use acerra_geo::lever_arm::{HeadingOptions, apply_lever_arm};
@@ -16,22 +16,22 @@ use crate::journal::finding::{Finding, Setting};
 use crate::position::Positions;
 use crate::prepare::{Prepared, Track};
 
-/// Targets further than this below the strongest say little (dB).
+/// Targets further than this below the strongest are not judged (dB).
 const FLOOR_DB: f64 = -12.0;
 
-/// Changes of the clock offset that are tried (s): half a wander's period at most, beyond which the
-/// height and motion of the whole flight tell more.
+/// Changes of the clock offset that are tried (s): half a wander's period at most, beyond which height and
+/// motion of the whole flight are more precise.
 const OFFSET_REACH_S: f64 = 0.4;
 const OFFSET_STEP_S: f64 = 0.01;
 
-/// Lever arms that are tried, either way (m): the size of a small drone.
+/// Lever arms that are tried, to either side (m): the size of a small drone.
 const ARM_REACH_M: f64 = 1.0;
 const ARM_STEP_M: f64 = 0.02;
 
-/// Deviations up to which offset (s) and lever arm (m) count as told: three of them are a resolution cell
-/// and a few.
-const OFFSET_TOLD_S: f64 = 0.015;
-const ARM_TOLD_M: f64 = 0.1;
+/// Largest deviations of an offset (s) and a lever arm (m) that count as determined: three deviations are a
+/// resolution cell and a few.
+const LARGEST_OFFSET_SIGMA_S: f64 = 0.015;
+const LARGEST_ARM_SIGMA_M: f64 = 0.1;
 
 /// Judges clock offset and lever arm of every track by the echoes of the image's strongest targets above ground, where
 /// rays are straight.
@@ -102,10 +102,10 @@ impl Bench<'_> {
                 preferred: self.offset_s + found.change,
                 sigma: found.sigma,
                 unit: "s",
-                key: "[trajectory] time_offset_s; a wrong lever_arm_m looks alike",
+                key: "[trajectory] time_offset_s; a wrong lever_arm_m has the same effect",
                 targets: found.targets,
                 setting: Setting::ClockOffset,
-                telling: OFFSET_TOLD_S,
+                largest_sigma: LARGEST_OFFSET_SIGMA_S,
             })
         })
     }
@@ -138,10 +138,10 @@ impl Bench<'_> {
                 preferred: found.change,
                 sigma: found.sigma,
                 unit: "m",
-                key: "[trajectory] lever_arm_m; a wrong time_offset_s looks alike",
+                key: "[trajectory] lever_arm_m; a wrong time_offset_s has the same effect",
                 targets: found.targets,
                 setting: [Setting::LeverArmForward, Setting::LeverArmLeft][axis],
-                telling: ARM_TOLD_M,
+                largest_sigma: LARGEST_ARM_SIGMA_M,
             })
         })
     }
@@ -161,7 +161,7 @@ impl Bench<'_> {
     }
 }
 
-/// Where the traces stand at an offset; none where one has no place.
+/// Places of the traces at an offset; none where one trace has no place.
 fn places_on(at: &Interpolator<'_>, time_s: &[f64], offset_s: f64) -> Option<Vec<[f64; 3]>> {
     time_s
         .iter()

@@ -8,10 +8,10 @@ use crate::prepare::Prepared;
 use crate::soil::evidence::likelihood;
 use crate::soil::posterior::Likelihood;
 
-/// Relative deviation of the permittivity up to which it counts as checked: depths are known to half of that.
+/// Largest relative deviation of the permittivity that counts as checked: depths are known to half of this.
 const CHECKED: f64 = 0.05;
 
-/// Judges the permittivity in force; nothing where no buried point exceeds the clutter.
+/// Judges the permittivity in force; no finding where no buried point exceeds the clutter.
 ///
 /// # Errors
 /// The caller asked to stop.
@@ -68,8 +68,9 @@ fn ground_permittivity(
             "{seen}: within three standard deviations it is not checked, as rays near the vertical hardly depend on it"
         ),
         _ => format!(
-            "{seen}, {sigmas:.1} standard deviations away ({keys}). Water, snow or litter on top that no layer states does \
-             so, objects with a smooth top wider than some centimetres, and pipes that cross the track obliquely"
+            "{seen}, {sigmas:.1} standard deviations away ({keys}). Possible causes: water, snow or litter \
+             on top that no layer states, objects with a smooth top wider than some centimetres, and pipes \
+             that cross the track obliquely"
         ),
     };
     let finding = Finding {

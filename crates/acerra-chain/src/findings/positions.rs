@@ -5,7 +5,7 @@ use acerra_geo::trajectory::StatusCounts;
 use crate::journal::finding::{Finding, Verdict};
 use crate::position::SourceSeen;
 
-/// Judges what the source of the positions shows of its own quality.
+/// Judges the quality that the source of the positions states.
 pub(crate) fn weigh_source(seen: &SourceSeen) -> Vec<Finding> {
     let autopilot = seen.autopilot.as_ref();
     let mut findings: Vec<Finding> = autopilot
@@ -21,8 +21,8 @@ pub(crate) fn weigh_source(seen: &SourceSeen) -> Vec<Finding> {
     findings
 }
 
-/// Judges the positions of an autopilot's log by how many of them are carrier-phase solutions with fixed
-/// ambiguities: the others are good to decimetres or metres.
+/// Judges the positions of an autopilot's log by the number of carrier-phase solutions with fixed
+/// ambiguities: other solutions are good to decimetres or metres.
 fn autopilot_fixed(source: &str, statuses: &StatusCounts) -> Finding {
     let share = statuses.fixed() as f64 / statuses.total().max(1) as f64;
     let verdict = if share >= 0.8 {
@@ -41,8 +41,8 @@ fn autopilot_fixed(source: &str, statuses: &StatusCounts) -> Finding {
         ))
 }
 
-/// Deviation of the median of single-frequency single-point positions (m): what ionosphere,
-/// troposphere and broadcast orbits leave.
+/// Deviation of the median of single-frequency single-point positions (m): the errors by ionosphere,
+/// troposphere and broadcast orbits.
 const SINGLE_POINT_SIGMA_M: f64 = 10.0 / 3.0;
 
 /// Judges the base's position by its distance from the base's own single-point position.
@@ -59,9 +59,8 @@ fn base_position(from_single_m: f64) -> Finding {
     )
     .at_most(Verdict::Doubtful)
     .because(format!(
-        "the base's position lies {from_single_m:.1} m from its own single-point position, of \
-             which metres are expected: the whole image is off by as much ([gnss] base_ecef_m or \
-             base_deg_m)"
+        "the base's position lies {from_single_m:.1} m from its own single-point position, where metres are \
+             expected: the whole image is off by as much ([gnss] base_ecef_m or base_deg_m)"
     ))
 }
 
@@ -82,19 +81,21 @@ fn attitude_clock(shift_s: f64, sigma_s: f64) -> Finding {
     )
     .because(format!(
         "by its own positions the log of the attitudes is stamped {shift_s:.2} s later than the positions \
-         (σ {sigma_s:.2} s; up to a quarter of a second is a receiver's latency): attitudes of another time turn the \
-         lever arm and the antenna wrong ([trajectory] attitude_file; leap seconds, another flight)"
+         (σ {sigma_s:.2} s; up to a quarter of a second is a receiver's latency): attitudes of another time \
+         turn the lever arm and the antenna to wrong directions ([trajectory] attitude_file; leap seconds, \
+         another flight)"
     ))
 }
 
-/// Judges whether a log of attitudes belongs to the positions, by the distance between its own and them.
+/// Judges whether a log of attitudes belongs to the positions, by the distance between the log's own
+/// positions and them.
 fn attitude_place(apart_m: f64) -> Finding {
     Finding::compared("attitude_place", apart_m, 0.0, APART_SIGMA_M, "m")
         .at_most(Verdict::Doubtful)
         .because(format!(
-            "the positions in the log of the attitudes lie {apart_m:.1} m beside those that take them, of which \
-             metres are expected: another flight, or a wrong base ([trajectory] attitude_file, [gnss] base_ecef_m, \
-             base_deg_m)"
+            "the positions in the log of the attitudes lie {apart_m:.1} m from the positions that use the \
+             attitudes, where metres are expected: another flight, or a wrong base ([trajectory] \
+             attitude_file, [gnss] base_ecef_m, base_deg_m)"
         ))
 }
 

@@ -1,8 +1,8 @@
-//! Settings against what focusing prefers.
+//! Settings compared with the values that focusing prefers.
 
 use crate::journal::finding::{Finding, Setting, Verdict};
 
-/// A setting in force beside the value at which the strongest targets are sharpest.
+/// A setting in force, and the value at which the strongest targets are sharpest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PreferredSetting<'a> {
     /// Name of the finding.
@@ -21,16 +21,16 @@ pub(super) struct PreferredSetting<'a> {
     pub targets: usize,
     /// The setting itself.
     pub setting: Setting,
-    /// A deviation up to which it counts as told.
-    pub telling: f64,
+    /// Largest deviation of a value that counts as determined.
+    pub largest_sigma: f64,
 }
 
-/// Targets from which a setting is checked: what bends the phases of one alone, another setting or an
-/// error of the positions may bend as well.
+/// Least number of targets that check a setting: another setting or an error of the positions may bend the
+/// phases of a single target in the same way.
 const LEAST_TARGETS: usize = 2;
 
-/// What is said of one target.
-const ALONE: &str = "; one target does not tell it from delay_ns or from heights";
+/// Text for a single target.
+const ALONE: &str = "; one target does not distinguish it from delay_ns or heights";
 
 /// Judges a setting by its distance from the value that focusing prefers.
 ///
@@ -47,7 +47,7 @@ pub(super) fn preferred_setting(seen: &PreferredSetting<'_>) -> Finding {
     let finding = Finding::compared(seen.name, in_force, preferred, sigma, unit);
     let is_alone = seen.targets < LEAST_TARGETS;
     Finding {
-        checks: (!is_alone && sigma <= seen.telling).then_some(seen.setting),
+        checks: (!is_alone && sigma <= seen.largest_sigma).then_some(seen.setting),
         ..finding.at_most(Verdict::Doubtful)
     }
     .because(format!(
@@ -77,7 +77,7 @@ mod tests {
                 key: "[trajectory] time_offset_s",
                 targets: 2,
                 setting: Setting::ClockOffset,
-                telling: 0.1,
+                largest_sigma: 0.1,
             })
             .verdict
         };

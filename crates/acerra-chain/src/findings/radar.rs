@@ -10,14 +10,14 @@ use super::{altimeter, clock};
 use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
-/// Coupling stands so far above the rest of the mean trace (dB), this still (s), and no further
-/// than this from fast time zero (s).
+/// Coupling: least level above the rest of the mean trace (dB), largest wander (s), and largest distance from
+/// fast time zero (s).
 const COUPLING_CONTRAST_DB: f64 = 20.0;
 const COUPLING_SPREAD_S: f64 = 0.1e-9;
 
 const COUPLING_REACH_S: f64 = 25e-9;
 
-/// Judges the radargram of a track; nothing where its log holds spectra.
+/// Judges the radargram of a track; no finding where the track's log holds spectra.
 pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Vec<Finding> {
     let mut findings = clock::weigh(prepared, track);
     let Some(traces) = &track.cleaned else {
@@ -40,7 +40,7 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
     findings
 }
 
-/// The direct coupling, where the window begins before it and it stands out and still.
+/// The direct coupling, where the window begins before it and its echo is clear and constant.
 fn coupling_seen(raw: &Radargram) -> Option<CouplingSeen> {
     let seen = quality::coupling(raw)?;
     let is_coupling = seen.contrast_db >= COUPLING_CONTRAST_DB
@@ -62,7 +62,7 @@ struct CouplingSeen {
     pub spread_ns: f64,
 }
 
-/// Where the coupling of antennas up to this far apart (m) may stand.
+/// Distance of the antennas up to which direct coupling is searched (m).
 const ANTENNA_SEPARATION_M: f64 = 0.6;
 
 /// Judges the direct coupling: with fast time zero at range zero it arrives after the time from
@@ -70,7 +70,7 @@ const ANTENNA_SEPARATION_M: f64 = 0.6;
 fn coupling(seen: &CouplingSeen) -> Finding {
     let longest_ns = 1e9 * ANTENNA_SEPARATION_M / LIGHT_SPEED_M_S;
     let middle_ns = 0.5 * longest_ns;
-    // The envelope's maximum may stand half a pulse (0.6 ns) off its delay.
+    // The envelope's maximum may be half a pulse (0.6 ns) off its delay.
     let sigma_ns = (0.25 * longest_ns).hypot(0.3).hypot(seen.spread_ns);
     let finding = Finding::compared("coupling_delay", seen.delay_ns, middle_ns, sigma_ns, "ns");
     finding.checking(Setting::Delay).because(format!(
@@ -84,8 +84,8 @@ fn coupling(seen: &CouplingSeen) -> Finding {
     ))
 }
 
-/// Judges the band asked for: `occupied` is the share of its frequencies at which the radar's
-/// spectrum stands less than 20 dB below its maximum.
+/// Judges the stated band: `occupied` is the share of its frequencies at which the radar's spectrum is less
+/// than 20 dB below its maximum.
 fn band(occupied: f64, band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Finding {
     let verdict = match occupied {
         share if share >= 0.7 => Verdict::Agrees,
@@ -105,11 +105,11 @@ fn band(occupied: f64, band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Finding {
         ))
 }
 
-/// Share of the radar's own band below which the one asked for is doubted: the range cell grows with its
-/// inverse, and with it what runs together.
+/// Share of the radar's own band below which the stated band is doubted: the size of the range cell grows
+/// with the inverse of the band.
 const LEAST_USED: f64 = 0.6;
 
-/// Judges how much of the radar's own band the one asked for uses.
+/// Judges the share of the radar's own band that the stated band uses.
 fn band_used(band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Finding {
     let width = |[low, high]: [f64; 2]| (high - low).max(0.0);
     let common = [

@@ -18,30 +18,29 @@ use crate::journal::finding::{Finding, Setting};
 use crate::position::aligned::Aligned;
 use crate::prepare::{Prepared, Track};
 
-/// Ranges tried, either way (m).
+/// Ranges tried, to either side (m).
 const REACH_M: f64 = 0.6;
 const STEP_M: f64 = 0.05;
 
-/// Targets further than this below the strongest say little (dB).
+/// Targets further than this below the strongest are not judged (dB).
 const FLOOR_DB: f64 = -6.0;
 
 /// Half of the side of the patch about a target (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.6;
 const PIXEL_M: f64 = 0.025;
 
-/// Logarithm of the fourth moment by which the sharpest must surpass every range a step away: less
-/// says nothing.
+/// Logarithm of the fourth moment by which the sharpest must exceed every range a step away; a smaller
+/// difference is not significant.
 const LEAST_MARGIN: f64 = 0.3;
 
 /// Ranges nearer than this belong to the sharpest (m).
 const APART_M: f64 = 0.3;
 
-/// Deviation that no delay falls below (ns): errors of the positions bend phases as well, 2 cm of
-/// them over the flight.
+/// Least deviation of a delay (ns): errors of the positions bend phases as well, 2 cm over the flight.
 const LEAST_SIGMA_NS: f64 = 0.2;
 
-/// Deviation up to which the delay counts as told (ns).
-const TELLING_NS: f64 = 0.5;
+/// Largest deviation of a delay that counts as determined (ns).
+const LARGEST_SIGMA_NS: f64 = 0.5;
 
 /// Judges the delay in force by the sharpness of the strongest targets above ground, where rays are straight.
 ///
@@ -87,7 +86,7 @@ pub(super) fn weigh(
                   [trajectory] origin_deg_m, lever_arm_m: heights",
             targets,
             setting: Setting::Heights,
-            telling: TELLING_NS,
+            largest_sigma: LARGEST_SIGMA_NS,
         })
     }))
 }
@@ -99,8 +98,8 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// By how much longer ranges make the sharpest targets, with the deviation of that (m); none
-    /// where no range is clearly the sharpest.
+    /// Increase of all ranges at which the targets are sharpest, with its deviation (m); none where no range
+    /// is clearly the sharpest.
     fn sharpest_m(
         &self,
         patches: &[PlaneGrid],
@@ -115,7 +114,7 @@ impl Bench<'_> {
         );
         // The plane moves as far as the range grows.
         let looks = |patch: &PlaneGrid| searched.looks(*patch, 2.0 * REACH_M);
-        // Ranges that cannot be imaged leave nothing to compare.
+        // Ranges that cannot be imaged give no comparison.
         let Ok(looks) = (patches.iter().map(looks)).collect::<Result<Vec<_>, ImagingError>>()
         else {
             return Ok(None);

@@ -14,7 +14,7 @@ use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::Prepared;
 
-/// Power over that of the noise from which an echo shows (13 dB).
+/// Power over the noise's from which an echo is visible (13 dB).
 const SHOWS: f64 = 20.0;
 /// Depths that are tried reach this far, in steps (m).
 const DEEPEST_M: f64 = 20.0;
@@ -24,8 +24,8 @@ const PARTS: usize = 8;
 /// Half of the window in which the surface's echo is strongest, in resolution cells: it may be off its geometry.
 const SURFACE_CELLS: f64 = 4.0;
 
-/// Judges the depths of the targets by the loss in the soil; nothing above ground, where no log holds traces, and where
-/// a log holds no noise.
+/// Judges the depths of the targets by the loss in the soil; no finding above ground, where no log holds
+/// traces, and where a log holds no noise.
 pub(super) fn weigh(prepared: &Prepared, focused: &Focused, targets: &[Target]) -> Option<Finding> {
     let underground = focused.underground.as_ref()?;
     let frequency_hz = &prepared.spectrum.frequency_hz;
@@ -68,14 +68,15 @@ fn depth_reach(reach_m: f64, depths_m: &[f64]) -> Finding {
         ""
     };
     let reach = format!(
-        "by the stated conductivity and the noise of the log an object of 1 m² shows down to {more}{reach_m:.2} m at the \
-         lowest frequency of the band, below which an empty image says nothing"
+        "by the stated conductivity and the noise of the log an object of 1 m² is visible down to \
+         {more}{reach_m:.2} m at the lowest frequency of the band; an empty image deeper than that is no \
+         evidence"
     );
     Finding::judged("depth_reach", reach_m, "m", verdict).because(match verdict {
         Verdict::Agrees => format!("{reach}; no target is deeper ({keys})"),
         Verdict::Doubtful | Verdict::Contradicts => format!(
-            "{reach}; {deeper} of {} targets are deeper: noise, echoes that came another way, or a soil that absorbs less \
-             ({keys})",
+            "{reach}; {deeper} of {} targets are deeper: noise, echoes along other paths, or a soil that \
+             absorbs less ({keys})",
             depths_m.len()
         ),
     })
@@ -113,8 +114,8 @@ fn reach_m(snr: f64, height_m: f64, layers: &[Layer], frequency_hz: f64) -> f64 
     DEEPEST_M
 }
 
-/// Power of the surface's echo over that of the noise, in a trace: the noise by the differences of neighbouring traces,
-/// where they are quietest.
+/// Power of the surface's echo over the noise's, in a trace: the noise is the difference of neighbouring
+/// traces, at its quietest fast times.
 fn surface_over_noise(
     traces: &Radargram,
     heights_m: &[f64],
@@ -168,8 +169,8 @@ mod tests {
         })]
     }
 
-    /// Depth goes with the loss: 60 dB more of the radar carry an object by 60 dB over the two-way loss of a metre deeper,
-    /// less what spreading takes.
+    /// Depth depends on the loss: 60 dB more of the radar move the limit deeper by 60 dB over the two-way
+    /// loss of a metre, less the spreading loss.
     #[test]
     fn the_reach_follows_the_loss_of_the_soil() {
         // α = σ/2 · 376.73/n: 4.7 Np/m for 0.05 S/m and n = 2, 82 dB two-way a metre.
@@ -179,7 +180,7 @@ mod tests {
         assert!((0.55..0.73).contains(&by_m), "{shallow_m} {deep_m}");
         let sand_m = reach_m(1e6, 1.0, &soil(4.0, 0.001), 1e9);
         assert!(sand_m > 5.0 * shallow_m, "{sand_m} {shallow_m}");
-        // A lossy layer below stops what passes the top.
+        // A lossy layer below stops echoes that pass the top layer.
         let wet = Layer {
             thickness_m: 0.1,
             ..soil(4.0, 0.001)[0]

@@ -1,9 +1,9 @@
-//! How surely a target stands on its side of the track, and not where its ghost is.
+//! Probability that a target is on its side of the track, and not at the place of its ghost.
 //!
-//! Of a target and its mirror image the stronger one is taken for the target. Along a perfectly straight
-//! track both are equal; what tells them apart is how the track bends and wanders. Errors of the positions
-//! take focus from the target, and may leave the ghost as strong. How often they would is tried with errors
-//! drawn from the deviations and the correlation that the positions state.
+//! Of a target and its mirror image the stronger counts as the target. Along a perfectly straight track both
+//! are equal; bends and wander of the track distinguish them. Errors of the positions defocus the target, and
+//! may leave the ghost as strong. The probability of this is found from errors drawn from the deviations and
+//! the correlation that the positions state.
 
 use std::f64::consts::TAU;
 
@@ -27,22 +27,22 @@ const LEAST_LEVEL_DB: f64 = -20.0;
 /// Draws of errors.
 const DRAWS: usize = 200;
 
-/// Pulses and frequencies that stand for all.
+/// Pulses and frequencies that represent all.
 const MOST_PULSES: usize = 256;
 const FREQUENCIES: usize = 8;
 
-/// Pulses whose echo is weaker than this share of the strongest see nothing of the target.
+/// Pulses whose echo is weaker than this share of the strongest do not see the target.
 const LEAST_ECHO: f64 = 0.05;
 
 /// Where about a place its maximum is looked for, in resolutions along and across the track.
 const ALONG: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const ACROSS: [f64; 3] = [-0.5, 0.0, 0.5];
 
-/// Resolutions of a target whose image does not tell them (m).
+/// Resolutions of a target whose image does not determine them (m).
 const USUAL_RESOLUTION_M: [f64; 2] = [0.05, 0.4];
 
-/// Standard deviation of a ghost's level about the one predicted, were the positions free of errors: what
-/// the point spread does not know of antennas and reflectors, a decibel.
+/// Standard deviation of a ghost's level about the predicted level for positions without errors: antennas and
+/// reflectors that the point spread function does not include, a decibel.
 const MODEL_SIGMA: f64 = 0.115;
 
 /// Judges the sides of the strongest targets; none where no target has a ghost.
@@ -50,7 +50,7 @@ pub(super) fn weigh(prepared: &Prepared, targets: &[Target]) -> Option<Finding> 
     target_side(&sides(prepared, targets))
 }
 
-/// What there is to say of each of the strongest targets that has a ghost.
+/// Data on each of the strongest targets that has a ghost.
 fn sides(prepared: &Prepared, targets: &[Target]) -> Vec<SideSeen> {
     let prior = prepared
         .position_prior(&AutofocusOptions::default())
@@ -93,7 +93,7 @@ struct Aperture {
     errors: Option<Errors>,
 }
 
-/// Errors of the positions of an aperture: their roots of covariance and that of their correlation.
+/// Errors of the positions of an aperture: square roots of their covariance and of their correlation.
 struct Errors {
     root_m: Vec<Matrix3<f64>>,
     correlation_root: DMatrix<f64>,
@@ -110,7 +110,7 @@ impl Aperture {
             .iter()
             .map(Complex64::norm_sqr)
             .collect();
-        // The weakest quarter tells the clutter.
+        // The weakest quarter gives the clutter.
         let mut sorted = power.clone();
         sorted.sort_by(f64::total_cmp);
         let clutter = *sorted.get(sorted.len() / 4)?;
@@ -140,10 +140,10 @@ impl Aperture {
         })
     }
 
-    /// Probability that the target stands where its ghost is.
+    /// Probability that the target is at the place of its ghost.
     ///
-    /// The level of a ghost beside its target, in nepers, is taken as normal about what the draws have in the
-    /// mean, and the other way round if target and ghost are exchanged.
+    /// The level of a ghost relative to its target, in nepers, is normal about the mean of the draws, and
+    /// about the negative mean if target and ghost are exchanged.
     fn risk(&self, target: &Target, ghost: &Ghost, ghost_height_m: f64) -> f64 {
         let at_m = [target.x_m, target.y_m, target.z_m];
         let ghost_m = [ghost.x_m, ghost.y_m, ghost_height_m];
@@ -182,7 +182,8 @@ impl Aperture {
         self.range_errors_m(at_m).iter().map(ratio).collect()
     }
 
-    /// Draws of the errors of the pulses' ranges to a point (m); none but zero where no errors are stated.
+    /// Draws of the errors of the pulses' ranges to a point (m); zero alone where the positions state no
+    /// errors.
     fn range_errors_m(&self, point_m: [f64; 3]) -> Vec<Vec<f64>> {
         let Some(errors) = &self.errors else {
             return vec![vec![0.0; self.position_m.len()]];
@@ -208,8 +209,8 @@ impl Aperture {
             .collect()
     }
 
-    /// What each pulse and frequency is turned by, in the image at places about `centre_m`, beyond what it is
-    /// turned by at `origin_m`.
+    /// Phase of each pulse and frequency in the image at places about `centre_m`, relative to the phase at
+    /// `origin_m`.
     fn phasors_about(
         &self,
         centre_m: [f64; 3],
@@ -240,7 +241,7 @@ impl Aperture {
             .collect()
     }
 
-    /// Echoes of a point whose ranges are in error, turned by what they are where they are not.
+    /// Echoes of a point with errors of range, relative to the echoes without errors.
     fn echoes(&self, range_error_m: &[f64]) -> Vec<Complex64> {
         let of_pulse = |error_m: &f64| {
             let error_m = *error_m;
@@ -294,12 +295,12 @@ fn normal(random: &mut impl Rng) -> f64 {
     (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
 }
 
-/// How surely a target stands on its side of the track.
+/// Probabilities that targets are on their side of the track.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SideSeen {
     /// Place of the target (x, y), m.
     pub place_m: [f64; 2],
-    /// Probability that it stands where its ghost is.
+    /// Probability that the target is at the place of its ghost.
     pub risk: f64,
 }
 
@@ -314,13 +315,14 @@ fn target_side(seen: &[SideSeen]) -> Option<Finding> {
     let is_doubtful = |target: &&SideSeen| target.risk > SideSeen::DOUBTFUL_RISK;
     let doubtful = seen.iter().filter(is_doubtful).count();
     let (verdict, what) = if doubtful == 0 {
-        let what = "how the track bends and wanders tells it from its ghost".to_owned();
+        let what = "bends and wander of the track distinguish it from its ghost".to_owned();
         (Verdict::Agrees, what)
     } else {
         let what = format!(
-            "the track is too straight, for positions with the deviations stated, to tell the side of \
-             {doubtful} of the {} strongest targets with a ghost: each may as well stand where its ghost is. A \
-             bent track, a second one beside it or a surveyed point tells",
+            "the track is too straight, for positions with the deviations stated, to determine the side of \
+             {doubtful} of the {} strongest targets with a ghost: each may as well be at the place of its \
+             ghost. A bent track, a second track parallel to this one or a surveyed point determines the \
+             side",
             seen.len()
         );
         (Verdict::Doubtful, what)

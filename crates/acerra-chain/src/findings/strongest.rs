@@ -4,7 +4,7 @@ use acerra_imaging::metrics::{ImageView, strongest_maxima};
 
 use crate::focus::Focused;
 
-/// Points at most, and how far apart (m).
+/// Largest number of points, and their least distance (m).
 const POINTS: usize = 6;
 const APART_M: f64 = 1.0;
 

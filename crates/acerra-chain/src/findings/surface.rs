@@ -8,19 +8,19 @@ use crate::clean::surface_path_m;
 use crate::journal::finding::{Finding, Setting, Verdict};
 use crate::prepare::{Prepared, Track};
 
-/// Picks below which an echo says nothing.
+/// Least number of picks of an echo that is judged.
 const LEAST_PICKS: usize = 20;
 
-/// How far from 2h/c the surface echo is looked for where fast time is calibrated (s).
+/// Largest distance from 2h/c at which the surface echo is searched where fast time is calibrated (s).
 const SEARCH_S: f64 = 15e-9;
 
 /// Timing of the echo itself (ns).
 const TIMING_NS: f64 = 0.05;
 
-/// Log-likelihood over an unrelated echo from which the one that follows the height is believed.
+/// Log-likelihood over an unrelated echo from which the echo that follows the height is accepted.
 pub(super) const LEAST_EVIDENCE: f64 = 12.0;
 
-/// Standard deviation of heights up to which they are believed to follow the flight (m).
+/// Largest standard deviation of heights that follow the flight (m).
 const BELIEVED_SIGMA_M: f64 = 0.1;
 
 /// Judges the surface echo of a track where one is known to follow the height.
@@ -28,8 +28,8 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track) -> Vec<Finding> {
     let Some(seen) = surface_seen(prepared, track) else {
         return Vec::new();
     };
-    // Over a short stretch a strong target may be taken for the surface: where the height itself
-    // does not speak against the offset, the spread may doubt only.
+    // Over a short stretch a strong target may be mistaken for the surface: where the height itself agrees
+    // with the offset, the spread at most doubts.
     let speaks = height_speaks(prepared, track);
     let milder = |finding: Finding| {
         if finding.name == "surface_spread" && !speaks {
@@ -47,8 +47,8 @@ pub(super) fn follows_height(track: &Track) -> bool {
     height.is_some_and(|cue| cue.evidence >= LEAST_EVIDENCE)
 }
 
-/// Whether the height of the surface echo by itself speaks against the offset in force, and the
-/// positions' heights are good enough to be believed.
+/// Whether the height of the surface echo by itself contradicts the offset in force, and the positions'
+/// heights are accurate enough.
 pub(super) fn height_speaks(prepared: &Prepared, track: &Track) -> bool {
     let Some(cue) = track.likelihood.as_ref().and_then(|l| l.height.as_ref()) else {
         return false;
@@ -119,7 +119,8 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     })
 }
 
-/// Stretches of a flight over which the shape of a terrain is compared, of so many picks at least.
+/// Number of stretches of a flight over which the shape of a terrain is compared, and least number of picks
+/// of each.
 const STRETCHES: usize = 12;
 const STRETCH_PICKS: usize = 8;
 
@@ -152,7 +153,7 @@ fn drift(position: &[f64], residual_ns: &[f64], spread_ns: f64) -> (f64, f64) {
     (product / square, spread_ns / square.sqrt())
 }
 
-/// The surface echo of the traces beside 2h/c, after zero-timing.
+/// The surface echo of the traces relative to 2h/c, after zero-timing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SurfaceSeen {
     /// Median of echo minus 2h/c (ns).
@@ -167,7 +168,7 @@ struct SurfaceSeen {
     pub drift_sigma_ns: f64,
     /// Of uneven ground: the median of the stretch whose echo is farthest from the level, less the level (ns).
     pub shape_ns: Option<f64>,
-    /// Whether fast time was calibrated (stated) rather than set by this very echo.
+    /// Whether fast time was calibrated (stated) rather than set by this echo.
     pub is_calibrated: bool,
 }
 
@@ -186,7 +187,8 @@ pub(super) const MEAN_LEVEL_NS: f64 = 0.22;
 fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
     let mut findings = Vec::new();
     let spread_sigma_ns = seen.expected_spread_ns.hypot(GROUND_ROUGHNESS_NS);
-    // Heights that a terrain gives are held to the ground's mean level, those of a plane to its roughness.
+    // Heights of a terrain are compared to the accuracy of the ground's mean level, those of a plane to the
+    // ground's roughness.
     let level_sigma_ns = seen.expected_spread_ns.hypot(MEAN_LEVEL_NS);
     if seen.is_calibrated {
         let sigma_ns = match seen.shape_ns {
@@ -210,9 +212,9 @@ fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
             Finding::compared("surface_shape", shape_ns, 0.0, level_sigma_ns, "ns")
                 .at_most(Verdict::Doubtful)
                 .because(format!(
-                    "over one stretch of the flight the surface echo comes {shape_ns:+.2} ns after 2h/c over the \
-                     terrain, less what it does on average: {:+.2} m of height (a raster displaced, or of bushes \
-                     and roofs rather than the ground; [image] terrain, terrain_crs)",
+                    "over one stretch of the flight the surface echo comes {shape_ns:+.2} ns after 2h/c \
+                     over the terrain, relative to its mean: {:+.2} m of height (a raster displaced, or of \
+                     bushes and roofs rather than the ground; [image] terrain, terrain_crs)",
                     -0.5e-9 * shape_ns * LIGHT_SPEED_M_S
                 )),
         );

@@ -1,8 +1,8 @@
-//! The finding on focus: the strongest targets beside the response that the flight gives a point.
+//! The finding on focus: the strongest targets compared with the flight's response to a point.
 //!
 //! Phases that err by σ leave a point exp(−σ²) of the power of its main lobe and put the rest into sidelobes.
-//! Where nothing is focused every maximum is one of a comb of nearly equal lobes; so are the maxima of a rough surface
-//! without points, so that such an image is doubted and never contradicted.
+//! Where nothing is focused every maximum is one of a comb of nearly equal lobes; the maxima of a rough
+//! surface without points are similar, so that such an image is doubted and never contradicted.
 
 use acerra_imaging::metrics::Target;
 use acerra_imaging::psf::{Analysis, PointSpread};
@@ -12,7 +12,7 @@ use crate::focus::inversion::options::Method;
 use crate::journal::finding::{Finding, Verdict};
 use crate::prepare::Prepared;
 
-/// Targets further than this below the strongest say little (dB), and how many are compared at most.
+/// Targets that are compared: least level relative to the strongest (dB), and largest number.
 const FLOOR_DB: f64 = -6.0;
 const MOST: usize = 6;
 /// A target whose sidelobes hold more than its main lobe (dB) has lost half of its power to them.
@@ -20,7 +20,7 @@ const HALF_DB: f64 = 0.0;
 /// The energy of sidelobes that the flight itself gives a point (dB) up to which a target may be judged.
 const JUDGED_DB: f64 = -3.0;
 
-/// A target beside its predicted response (dB).
+/// Level of a target relative to its predicted response (dB).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seen {
     /// Highest sidelobe.
@@ -31,8 +31,8 @@ struct Seen {
     predicted_db: f64,
 }
 
-/// Judges the focus of an image by its strongest targets; none where none has sidelobes inside the image, of
-/// volumes, of images below ground, and of scenes that are solved for.
+/// Judges the focus of an image by its strongest targets; no finding where no target has sidelobes inside the
+/// image, for volumes, for images below ground, and for solutions of an inversion.
 pub(super) fn weigh(prepared: &Prepared, focused: &Focused, targets: &[Target]) -> Option<Finding> {
     let is_adjoint = focused.options.inversion.method == Method::Adjoint;
     if focused.underground.is_some() || focused.projections.is_some() || !is_adjoint {

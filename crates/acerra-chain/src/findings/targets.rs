@@ -9,7 +9,7 @@ use crate::position::aligned::Aligned;
 use crate::prepare::Prepared;
 use crate::soil::evidence::is_distinct;
 
-/// Weighs the targets of an image; nothing where no log holds traces, whose surface echo is known.
+/// Judges the targets of an image; no finding where no log holds traces, whose surface echo is known.
 #[must_use]
 pub fn weigh_targets(prepared: &Prepared, focused: &Focused, targets: &[Target]) -> Vec<Finding> {
     let frequency_hz = &prepared.spectrum.frequency_hz;
@@ -48,10 +48,11 @@ fn is_below(aligned: &Aligned, target: &Target, cell_m: f64) -> bool {
 /// Residues of the surface echo from which their share is judged: fewer are chance.
 const LEAST_RESIDUES: usize = 3;
 
-/// Judges how many of the `targets` are what the background leaves of the surface echo: straight below the
-/// flight, and without a width along the track, as speckle is.
+/// Judges how many of the `targets` are residues of the surface echo after background removal: straight below
+/// the flight, and without a width along the track, as speckle.
 ///
-/// A scene to the side of the flight shows nothing else where the image's sides are left to the flight.
+/// An image of a scene to the side holds only such residues where the campaign leaves the image's sides to
+/// the flight.
 fn surface_residue(residues: usize, targets: usize) -> Finding {
     let share = residues as f64 / targets.max(1) as f64;
     let verdict = if residues >= LEAST_RESIDUES && 2 * residues > targets {
@@ -64,12 +65,13 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
         .because(match verdict {
             Verdict::Agrees => format!(
                 "{residues} of {targets} targets lie straight below the flight without a width along the \
-                 track, as what the background leaves of the surface echo does"
+                 track, as residues of the surface echo do"
             ),
             Verdict::Doubtful | Verdict::Contradicts => format!(
                 "{residues} of {targets} targets lie straight below the flight and have no width along the \
-                 track: what the background leaves of the surface echo, not points. What lies to the side \
-                 is imaged where [image] x_m, y_m name it, without a gate ([preprocess] gate_ns, background)"
+                 track: residues of the surface echo after background removal, not points. A scene to the \
+                 side is imaged where [image] x_m, y_m state it, without a gate ([preprocess] gate_ns, \
+                 background)"
             ),
         })
 }
@@ -78,8 +80,8 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
 /// sidelobe.
 const SHALLOW_CELLS: f64 = 2.0;
 
-/// Counts the targets just below the surface of the ground that do not exceed what else lies at their depth; none of an
-/// image above it.
+/// Counts the targets just below the surface of the ground that do not exceed other echoes at their depth;
+/// none for an image above the surface.
 fn shallow(
     prepared: &Prepared,
     focused: &Focused,

@@ -77,22 +77,22 @@ fn position_sigma(
     let mut finding = focusing_loss(positions_m.hypot(clock_m.unwrap_or(0.0)), wavelength_m);
     if let Some(clock_m) = clock_m {
         finding.explanation.push_str(&format!(
-            "; {:.1} mm of them are the recorded clock's, where the velocity differs from its mean",
+            "; {:.1} mm of that by the recorded clock, where the velocity differs from its mean",
             1e3 * clock_m
         ));
     }
     Some(finding)
 }
 
-/// The height that a tenth of the traces exceed: on the ground a drone may stand for long (m).
+/// The height that a tenth of the traces exceed: a drone may be on the ground for long (m).
 fn height_reached_m(height_m: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = height_m.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() * 9 / 10).copied()
 }
 
-/// Root mean square of what the velocity differs from its mean, along the line of sight to the middle of
-/// the image (m/s): an error of the clock moves traces by that against one another, and the image as a
+/// Root mean square of the velocity's deviation from its mean, along the line of sight to the middle of the
+/// image (m/s): an error of the clock moves traces against one another by this velocity, and the image as a
 /// whole by the mean.
 fn line_of_sight_wander_m_s(
     prepared: &Prepared,
@@ -144,8 +144,8 @@ fn line_of_sight_sigma_m(
 /// Judges the loss of focus that the positions' own σ predict, after Eq. (5): a phase error of
 /// 4πσ/λ along the line of sight.
 ///
-/// Errors that all traces share move the image without blurring it, so that the loss is a bound;
-/// beyond half a wavelength (float and single-point positions) what is left of the focus is chance.
+/// Errors that all traces share move the image without blurring it, so that the loss is an upper bound;
+/// beyond half a wavelength (float and single-point positions) the remaining focus is chance.
 fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
     let phase_rad = 2.0 * TAU * sigma_m / wavelength_m;
     let loss_db = 10.0 * std::f64::consts::LOG10_E * phase_rad * phase_rad;
@@ -163,8 +163,8 @@ fn focusing_loss(sigma_m: f64, wavelength_m: f64) -> Finding {
     Finding::judged("position_sigma", 1e3 * sigma_m, "mm", verdict)
         .expecting(0.0)
         .because(format!(
-            "positions of σ = {:.0} mm along the line of sight {cost}, as much of them as changes from trace to \
-             trace",
+            "positions of σ = {:.0} mm along the line of sight {cost}, for the part that changes from trace \
+             to trace",
             1e3 * sigma_m
         ))
 }
@@ -181,15 +181,17 @@ fn position_resolution(step_m: f64, wavelength_m: f64) -> Finding {
     Finding::judged("position_resolution", 1e3 * sigma_m, "mm", verdict)
         .expecting(0.0)
         .because(format!(
-            "the positions are written in steps of {:.1} mm: rounding leaves σ = {:.1} mm, where λ/8 is {:.1} mm (more \
-             decimals in the output of the receiver or the logger; [autofocus] estimates what is left)",
+            "the positions are written in steps of {:.1} mm: rounding leaves σ = {:.1} mm, where λ/8 is \
+             {:.1} mm (more decimals in the output of the receiver or the logger; [autofocus] estimates the \
+             remaining errors)",
             1e3 * step_m,
             1e3 * sigma_m,
             125.0 * wavelength_m
         ))
 }
 
-/// Loss of focus, dB, above which what is left of a target is no more than traces add up to by chance.
+/// Loss of focus, dB, above which the remaining level of a target is no more than the chance sum of the
+/// traces.
 const WHOLE_FOCUS_DB: f64 = 20.0;
 
 /// Judges the share of the log's traces that have a position.
@@ -236,16 +238,16 @@ fn lever_arm_length(horizontal_arm_m: f64) -> Finding {
         Verdict::Doubtful
     };
     Finding::judged("lever_arm_length", horizontal_arm_m, "m", verdict).because(format!(
-        "the radar is said to stand {horizontal_arm_m:.2} m to the side or ahead of the positioned \
+        "the lever arm places the radar {horizontal_arm_m:.2} m to the side or ahead of the positioned \
          point; a small drone has room for {LONGEST_ARM_M} m ([trajectory] lever_arm_m)"
     ))
 }
 
-/// How far a small drone's nose stands from its course (rad): 3° of crab and yaw.
+/// Angle between a small drone's nose and its course (rad): 3° of crab and yaw.
 const HEADING_SIGMA_RAD: f64 = 0.05;
 
-/// Judges a horizontal lever arm that is turned by the course, for want of an attitude: what the
-/// nose's departure from the course makes of it must stay below λ/4 of range, or the phases are lost.
+/// Judges a horizontal lever arm that is turned by the course, without a recorded attitude: the error of
+/// range by the angle between nose and course must stay below λ/4, or the phases are lost.
 fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
     let sigma_m = horizontal_arm_m * HEADING_SIGMA_RAD;
     let verdict = if sigma_m <= 0.25 * wavelength_m {
@@ -264,8 +266,8 @@ fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
         ))
 }
 
-/// Judges heights by the radar beside those of the positions that they replace: `off_m` is the standard
-/// deviation of the positions' about the radar's, `stated_m` what the positions state of themselves.
+/// Compares heights by the radar with those of the positions that they replace: `off_m` is the standard
+/// deviation of the positions' about the radar's, `stated_m` the deviation that the positions state.
 fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
     let verdict = match stated_m {
         // Good heights were given away for worse ones.
@@ -279,9 +281,9 @@ fn radar_height(off_m: f64, stated_m: Option<f64>, sigma_m: f64) -> Finding {
     }
     .expecting(0.0)
     .because(format!(
-        "heights are those by the surface echo over level ground, ± {sigma_m:.2} m each; the \
-         positions' wander about them by {off_m:.2} m and state {}; keep those that are better \
-         ([trajectory] height; [image] z_m: the level of the ground is taken for the image's)",
+        "heights are by the surface echo over level ground, ± {sigma_m:.2} m each; the positions' heights \
+         wander about the radar's by {off_m:.2} m and state {}; keep the better heights ([trajectory] \
+         height; [image] z_m: the level of the ground counts as the image's)",
         stated_m.map_or("no deviation".to_owned(), |m| format!("± {m:.2} m"))
     ))
 }
@@ -315,7 +317,7 @@ mod tests {
 
     #[test]
     fn digits_coarser_than_the_phase_contradict() {
-        // Four decimals of a minute, five, and heights of one decimal; λ = 75.9 mm.
+        // Four and five decimals of a minute, and heights of one decimal; λ = 75.9 mm.
         assert_eq!(
             position_resolution(0.1855, 0.0759).verdict,
             Verdict::Contradicts

@@ -1,4 +1,4 @@
-//! Settings that nothing in the data checks: wrong values of these leave every finding as it is.
+//! Settings that no data check: wrong values of these leave every finding unchanged.
 
 use serde::Serialize;
 
@@ -60,61 +60,62 @@ pub fn weigh_unchecked(
 pub struct Unchecked {
     /// The setting, as the campaign file calls it.
     pub setting: &'static str,
-    /// What an error of it does, and what would check it.
+    /// Effect of an error of the setting, and data that would check the setting.
     pub explanation: &'static str,
 }
 
 impl Setting {
-    /// What is to be said where nothing checks it.
+    /// Text for a setting that nothing checks.
     const fn unchecked(self) -> Unchecked {
         match self {
             Self::ClockOffset => Unchecked {
                 setting: "time_offset_s",
-                explanation: "height, motion and sharpness do not tell the clock offset to a few \
-                              hundredths of a second (clock_offset and clock_offset_focus say how well, \
-                              where they stand): an error of it moves targets along the track by as \
-                              much as the platform flies meanwhile ([trajectory] time_offset_s). \
-                              Take-off, turns and reflectors tell it.",
+                explanation: "height, motion and sharpness do not determine the clock offset to a few \
+                              hundredths of a second (the findings clock_offset and clock_offset_focus, \
+                              where present, give the accuracy): an error of it moves targets along the \
+                              track by as much as the platform flies meanwhile ([trajectory] \
+                              time_offset_s). Take-off, turns and reflectors determine it.",
             },
             Self::Delay => Unchecked {
                 setting: "delay_ns",
-                explanation: "no surface echo that follows the flight's height, no direct coupling in \
-                              the window and too few sharp targets tell the fast time of range zero: an \
-                              error of 1 ns moves targets by 0.15 m or more ([radar] delay_ns, \
-                              [preprocess] zero_timing, [image] light_speed_m_s). A reflector at a \
-                              surveyed place tells it (acerra calibrate, [measure] survey).",
+                explanation: "no surface echo that follows the flight's height, no direct coupling in the \
+                              window and too few sharp targets determine the fast time of range zero: an \
+                              error of 1 ns moves targets by 0.15 m or more ([radar] delay_ns, [preprocess] \
+                              zero_timing, [image] light_speed_m_s). A reflector at a surveyed place \
+                              determines it (acerra calibrate, [measure] survey).",
             },
             Self::Heights => Unchecked {
                 setting: "heights",
                 explanation: "no surface echo that follows the flight's height and too few sharp targets \
-                              tell the height of the flight above the image plane: an error of it moves \
-                              and blurs targets ([image] z_m, [trajectory] origin_deg_m, lever_arm_m up, \
-                              height). A reflector at a surveyed place tells it (acerra calibrate, \
+                              determine the height of the flight above the image plane: an error of it \
+                              moves and blurs targets ([image] z_m, [trajectory] origin_deg_m, lever_arm_m \
+                              up, height). A reflector at a surveyed place determines it (acerra calibrate, \
                               [measure] survey).",
             },
             Self::LeverArmForward => Unchecked {
                 setting: "lever_arm_m forward",
-                explanation: "the platform turns too little, or too few targets are sharp, to tell the \
+                explanation: "the platform turns too little, or too few targets are sharp, to determine the \
                               lever arm along its nose: an error of it moves every target by as much \
                               ([trajectory] lever_arm_m). Measure it on the platform.",
             },
             Self::LeverArmLeft => Unchecked {
                 setting: "lever_arm_m left",
-                explanation: "the platform turns too little, or too few targets are sharp, to tell the \
+                explanation: "the platform turns too little, or too few targets are sharp, to determine the \
                               lever arm to its left: an error of it moves every target by as much \
                               ([trajectory] lever_arm_m). Measure it on the platform.",
             },
             Self::Base => Unchecked {
                 setting: "base_ecef_m below 10 m",
-                explanation: "the base's own single-point position tells errors of its stated position \
-                              from about 10 m: smaller ones move the whole image east and north by as \
-                              much ([gnss] base_ecef_m). A surveyed point tells them.",
+                explanation: "the base's own single-point position shows errors of its stated position from \
+                              about 10 m on: smaller ones move the whole image east and north by as much \
+                              ([gnss] base_ecef_m). A surveyed point shows them.",
             },
             Self::Axes => Unchecked {
                 setting: "axes of the positions",
-                explanation: "a file gives the positions in a frame of its own, and ranges are the same in \
-                              its mirror image: axes exchanged or of the wrong sign turn or mirror the image \
-                              with the trajectory ([trajectory] file). A surveyed point off the track tells them.",
+                explanation: "a file gives the positions in a local frame, and ranges are the same in its \
+                              mirror image: axes exchanged or of the wrong sign turn or mirror the image \
+                              with the trajectory ([trajectory] file). A surveyed point off the track shows \
+                              both.",
             },
             Self::Permittivity => Unchecked {
                 setting: "relative_permittivity",
@@ -127,15 +128,16 @@ impl Setting {
             },
             Self::AntennaAxis => Unchecked {
                 setting: "antenna_axis",
-                explanation: "the antenna is taken to look straight down, and nothing tells how it tilts: 10° \
-                              change the weight by a cos² pattern by up to 1.5 dB at 45° of incidence ([image] \
-                              antenna_cosine_power, antenna_axis). Recorded attitudes tell it ([trajectory] file).",
+                explanation: "the antenna is taken to look straight down, and its tilt is unknown: 10° \
+                              change the weight by a cos² pattern by up to 1.5 dB at 45° of incidence \
+                              ([image] antenna_cosine_power, antenna_axis). Recorded attitudes give it \
+                              ([trajectory] file).",
             },
         }
     }
 }
 
-/// Those of `settings` that no finding checks.
+/// The settings among `settings` that no finding checks.
 fn unchecked(settings: &[Setting], findings: &[Finding]) -> Vec<Unchecked> {
     let is_checked = |setting: &Setting| {
         findings

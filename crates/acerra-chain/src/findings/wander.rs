@@ -1,10 +1,10 @@
-//! What the phases of strong targets say of a setting that moves the traces.
+//! Estimates of a setting that moves the traces, from the phases of strong targets.
 //!
-//! A wrong clock offset or lever arm moves every trace by what the platform's own wander makes of it.
-//! A common shift moves the image and leaves no other sign; what differs from trace to trace bends
-//! the phase of each target's echo. The setting's value and deviation follow by least squares: each
-//! target has a phase and a place of its own, all share the setting. Neighbouring residuals are
-//! correlated (errors of positions last), which the deviation takes into account.
+//! A wrong clock offset or lever arm moves every trace in proportion to the platform's velocity or rotation.
+//! A common shift moves the image and is not observable; shifts that differ from trace to trace bend the
+//! phase of each target's echo. The setting's value and deviation follow by least squares: each target has a
+//! separate phase and place, and all targets share the setting. Neighbouring residuals are correlated (errors
+//! of positions last), which the deviation takes into account.
 
 use std::f64::consts::TAU;
 
@@ -26,12 +26,12 @@ const STRAY_RAD: f64 = 1.5;
 /// Least number of traces.
 const LEAST_TRACES: usize = 60;
 
-/// How far about the place expected a target is looked for, and in what steps (m).
+/// Half width and steps of the search for a target about the place expected (m).
 const NEARBY_M: f64 = 0.25;
 const PLACE_STEP_M: f64 = 0.01;
 
-/// Change of its mean range that a relocation may bring (m): the envelope's peak tells a third of the
-/// range resolution of ultra-wideband pulses.
+/// Change of its mean range that a relocation may bring (m): the envelope's peak is accurate to a third of
+/// the range resolution of ultra-wideband pulses.
 const RANGE_KNOWN_M: f64 = 0.03;
 
 /// Rounds of least squares: all but the first without strays.
@@ -59,7 +59,7 @@ pub(super) struct Trial<'a> {
     pub time_s: &'a [f64],
     /// Changes of the setting to try.
     pub changes: Vec<f64>,
-    /// Places of the traces after a change of the setting; none where one has no place.
+    /// Places of the traces after a change of the setting; none where one trace has no place.
     pub places: &'a dyn Fn(f64) -> Option<Vec<[f64; 3]>>,
 }
 
@@ -70,7 +70,7 @@ struct Target {
     echo: Vec<Complex64>,
     /// Weight of each trace: the echo's power, but for the strongest tenth.
     weight: Vec<f64>,
-    /// Orthonormal basis, by weight, of what phase and place of the target make of its ranges.
+    /// Orthonormal basis, by weight, of the range changes by phase and place of the target.
     own: Vec<Vec<f64>>,
 }
 
@@ -78,8 +78,7 @@ impl Trial<'_> {
     /// The change of the setting at which the echoes of the targets are most coherent; none where no
     /// target is coherent anywhere.
     ///
-    /// Targets move with the mean of the traces, and everything is linearised anew where they come
-    /// to stand.
+    /// Targets move with the mean of the traces, and the equations are linearised again at the new places.
     pub fn preferred(&self, point_m: &[[f64; 3]]) -> Option<Preferred> {
         if self.time_s.len() < LEAST_TRACES {
             return None;
@@ -178,8 +177,8 @@ impl Stand<'_> {
         scored.max_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
     }
 
-    /// Change of every target's ranges by another change of the setting, without what phase and
-    /// place of the target explain (m).
+    /// Change of every target's ranges by `change` of the setting, without the part that phase and place of
+    /// the target explain (m).
     fn bends(&self, change: f64) -> Option<Vec<Vec<f64>>> {
         let places = (self.trial.places)(change)?;
         let bend = |target: &Target| {
@@ -302,7 +301,7 @@ impl Target {
         products.sum::<f64>() / total
     }
 
-    /// Whether its echoes add up where they are.
+    /// Whether the target's echoes add up at its place.
     fn is_coherent(&self) -> bool {
         self.coherence(&vec![0.0; self.echo.len()], 0.0) >= LEAST_COHERENCE
     }
@@ -331,7 +330,7 @@ impl Target {
             .iter()
             .map(|echo| -(echo * mean.conj()).arg() / wavenumber)
             .collect();
-        // What phase and place explain leaves first, so that strays stand out.
+        // The part that phase and place explain is removed first, so that strays are clear.
         let rest = without(residual_m, &self.own, &self.weight);
         let weight: Vec<f64> = rest
             .iter()
@@ -394,7 +393,7 @@ impl<'a> Fit<'a> {
                 variance += twice * (1.0 - apart) * a * b;
             }
         }
-        // Student's t of so many stretches over the normal distribution, at three deviations.
+        // Student's t for this number of stretches over the normal distribution, at three deviations.
         let length_s = self.time_s.last()? - self.time_s.first()?;
         let stretches = (length_s / CORRELATED_S).max(1.0);
         let own = variance.max(0.0).sqrt() / information * (1.0 + 4.0 / stretches);

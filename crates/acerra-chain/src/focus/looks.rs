@@ -1,4 +1,4 @@
-//! Looks along the track: each an image of its own that goes to the sink, their powers summed.
+//! Looks along the track: a separate image of each that goes to the sink, and the sum of their powers.
 
 use acerra_imaging::looks::{Look, LookWindow, add_power, looks};
 use acerra_imaging::{Complex32, PlanOptions, Pulses};
@@ -27,7 +27,7 @@ pub struct Multilook {
     pub power: Vec<f32>,
     /// Numbers of the first and last trace of each look, among those imaged.
     pub traces: Vec<[usize; 2]>,
-    /// Bytes that looks took beside the image.
+    /// Bytes of the looks in addition to the image.
     pub bytes: u128,
 }
 

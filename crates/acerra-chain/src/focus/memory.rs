@@ -1,4 +1,4 @@
-//! Memory that a process can still have: what the system holds free, and what limits leave.
+//! Memory still available to a process: free memory of the system, within the limits on the process.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn system_bytes() -> Option<u64> {
     kibibytes_of(&text, "MemAvailable:")
 }
 
-/// What `ulimit -v` leaves of the address space.
+/// Address space left within `ulimit -v`.
 #[cfg(unix)]
 fn address_space_bytes() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
@@ -34,9 +34,9 @@ fn address_space_bytes() -> Option<u64> {
     None
 }
 
-/// What the limits on this process' control groups leave, from the group itself up to the root:
-/// `memory.max` of version 2, `memory.limit_in_bytes` of version 1. Pages of files that can be
-/// dropped at once count as free.
+/// Memory left within the limits on this process' control groups, from the group itself up to the root:
+/// `memory.max` of version 2, `memory.limit_in_bytes` of version 1. Pages of files that can be dropped at
+/// once count as free.
 fn control_group_bytes(mounted: &Path) -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     least_left_bytes(mounted, &groups)

@@ -37,19 +37,19 @@ pub struct FocusOptions {
     pub accuracy: f64,
     /// Weight of each trace.
     pub weight: Weight,
-    /// What the pixels of an image hold; a volume, looks and solutions take no notice.
+    /// Meaning of the pixels of an image; ignored for a volume, looks and solutions.
     pub values: Values,
     /// Weight by incidence and antenna pattern; level planes alone.
     pub incidence: Option<IncidenceWeight>,
     /// Where the antenna looks, from which its pattern counts.
     pub antenna_axis: AntennaAxis,
-    /// What of several tracks is summed.
+    /// How several tracks are summed.
     pub sum: Sum,
     /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
     pub check_pixels: usize,
-    /// Most bytes that tables and image may take; what the machine has left where `None`.
+    /// Most bytes that tables and image may take; all available memory where `None`.
     pub memory_limit_bytes: Option<u64>,
-    /// Whether the adjoint is the image, or the scene is solved for, and how.
+    /// The adjoint, or the parameters of an inversion.
     pub inversion: InversionOptions,
 }
 
@@ -76,9 +76,9 @@ pub struct ImageRequest {
     pub pixels: Pixels,
     /// How it is made.
     pub options: FocusOptions,
-    /// Looks beside it, each to the sink.
+    /// Looks in addition to the image, each to the sink.
     pub looks: Option<LookOptions>,
-    /// The pulses that make it, counted over all tracks; all of them by default.
+    /// The pulses to image, counted over all tracks; all by default.
     pub pulses: Option<Range<usize>>,
     /// The ground below whose surface rays are refracted.
     pub underground: Option<Underground>,
@@ -114,13 +114,13 @@ pub struct Focused {
     /// its modulus; of a volume the value of greatest modulus along z. Of a scene that was solved for
     /// its reflectivity, as [`InversionRecord::meaning`] says.
     pub image: Vec<Complex32>,
-    /// Where its pixels are; of a volume with the heights of those values.
+    /// Places of the pixels; for a volume with the heights of the image's values.
     pub pixels: Pixels,
     /// How it was made.
     pub options: FocusOptions,
     /// What the planner chose and why, as text.
     pub plan: String,
-    /// Bytes that the plan promised to need beside the input.
+    /// Bytes that the plan needs in addition to the input.
     pub promised_bytes: u64,
     /// Relative L2 error that the plan's self-check found on random pixels.
     pub checked_error: Option<f64>,
@@ -282,7 +282,7 @@ pub(crate) fn plan_options(options: &FocusOptions) -> PlanOptions {
         )
 }
 
-/// An image, and what its plans said.
+/// An image, and the record of its plans.
 struct Made {
     image: Vec<Complex32>,
     summary: PlanSummary,
@@ -336,10 +336,11 @@ fn sum_of_powers(
     Ok(Made { image, summary })
 }
 
-/// Contributions from which estimating the run time by timed samples costs little beside the image.
+/// Number of contributions from which estimating the run time by timed samples is cheap relative to the
+/// image.
 const MIN_CONTRIBUTIONS_TO_ESTIMATE: u64 = 2_000_000_000;
 
-/// What one plan, or the most demanding of several, said.
+/// Record of one plan, or of the most demanding of several.
 #[derive(Default)]
 struct PlanSummary {
     explained: String,

@@ -1,4 +1,4 @@
-//! The permittivity that echoes give, or why they give none.
+//! The permittivity found from echoes, or why it was refused.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ pub struct PermittivityFound {
     pub points: usize,
 }
 
-/// What would settle a permittivity that the data leave open.
+/// Remedies where the data leave the permittivity open.
 const SETTLED_BY: &str = "State it ([ground] relative_permittivity) by a target at a known depth or a sample of the soil: \
                           dry sand has 3 to 5, moist soil 8 to 20";
 
@@ -29,8 +29,9 @@ pub enum PermittivityError {
     NoVolume,
     /// Nothing to find it from.
     #[error(
-        "[ground] relative_permittivity = \"auto\": expected the echo of a buried point; found none that exceeds the \
-         clutter by more than chance, deeper than two cells and within [image] x_m, y_m, z_m. {SETTLED_BY}"
+        "[ground] relative_permittivity = \"auto\": expected the echo of a buried point; found none that \
+         exceeds the clutter significantly, deeper than two cells and within [image] x_m, y_m, z_m. \
+         {SETTLED_BY}"
     )]
     NoPoint,
     /// Points that fit any permittivity.
@@ -48,7 +49,7 @@ pub enum PermittivityError {
         /// Greatest.
         to: f64,
     },
-    /// Images by different permittivities, each of which its own points confirm.
+    /// Images by different permittivities, each of which agrees with its points.
     #[error(
         "[ground] relative_permittivity = \"auto\": expected one permittivity by which an image shows points that agree on \
          it; found {first:.1} and {second:.1}. {SETTLED_BY}"

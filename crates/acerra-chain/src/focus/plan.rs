@@ -19,7 +19,7 @@ pub enum ImageError {
     /// Spectra or positions that the imaging operators refuse.
     #[error("the spectra cannot be imaged: {0}")]
     Spectra(ImagingError),
-    /// A ground that they refuse, or one that antennas are in.
+    /// A ground that the operators refuse, or a ground with antennas inside.
     #[error("[ground]: {0}")]
     Ground(ImagingError),
     /// A grid or an accuracy that they refuse.
@@ -40,7 +40,7 @@ pub enum ImageError {
         /// The axis asked for.
         axis: &'static str,
     },
-    /// Looks are wanted of several tracks.
+    /// Looks are requested of several tracks.
     #[error("[image] looks: expected a single track, found {tracks}")]
     LooksOfTracks {
         /// How many there are.
@@ -49,7 +49,7 @@ pub enum ImageError {
     /// The scene cannot be solved for.
     #[error("[image] method: {0}")]
     Inversion(InvertError),
-    /// A method that does not make what else is asked for.
+    /// A method that excludes another requested product.
     #[error("[image] method = \"{method}\": expected {expected}, found {found}")]
     Method {
         /// The method.

@@ -14,8 +14,8 @@ const SPACING_OF_RANGE: f64 = 0.06;
 /// Nodes along the longer side at most.
 const MOST_NODES: f64 = 2000.0;
 
-/// Divides the image by what a point of unit reflectivity gives, whose echoes the traces at `position_m` of these
-/// weights receive at `frequencies` frequencies. Values are of the echoes' unit times m².
+/// Divides the image by the image of a point of unit reflectivity. The traces at `position_m` with these
+/// weights receive the point's echoes at `frequencies` frequencies. Values are in the echoes' unit times m².
 pub(crate) fn to_reflectivity(
     image: &mut [Complex32],
     pixels: &Pixels,

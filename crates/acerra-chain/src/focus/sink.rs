@@ -9,19 +9,19 @@ pub trait ImageSink {
     /// A stack begins.
     ///
     /// # Errors
-    /// What keeps the sink from taking it.
+    /// Why the sink cannot take it.
     fn begin(&mut self, stack: &StackHeader) -> Result<(), SinkError>;
 
     /// The next image, row-major `[ny, nx]`, row 0 at the smallest y.
     ///
     /// # Errors
-    /// What keeps the sink from taking it.
+    /// Why the sink cannot take it.
     fn put(&mut self, image: &[Complex32]) -> Result<(), SinkError>;
 
     /// The stack is complete; `arrays` describe it.
     ///
     /// # Errors
-    /// What keeps the sink from taking them.
+    /// Why the sink cannot take them.
     fn finish(&mut self, arrays: Vec<StackArray>) -> Result<(), SinkError>;
 }
 
@@ -45,7 +45,7 @@ impl StackKind {
     }
 }
 
-/// What is known of a stack before its first image.
+/// Properties of a stack before its first image.
 #[derive(Clone, Debug)]
 pub struct StackHeader {
     /// What it is made of.
@@ -71,7 +71,7 @@ pub struct StackArray {
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {cause}")]
 pub struct SinkError {
-    /// The file, or whatever stands for it, and what could not be done.
+    /// The file, or its substitute, and the failed operation.
     pub place: String,
     /// Why.
     pub cause: Box<dyn Error + Send + Sync>,

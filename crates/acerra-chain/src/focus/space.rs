@@ -1,4 +1,4 @@
-//! What an image needs in memory and on disk.
+//! Memory and disk space of an image.
 
 use acerra_imaging::VolumeGrid;
 
@@ -9,7 +9,7 @@ const VALUE: u128 = size_of::<acerra_imaging::Complex32>() as u128;
 /// The level of a pixel while an image is measured and drawn.
 const LEVEL: u128 = size_of::<f32>() as u128;
 
-/// Bytes that pixels ask for, beside tables and traces.
+/// Bytes of the pixels, in addition to tables and traces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeededBytes {
     /// In memory.
@@ -21,10 +21,10 @@ pub struct NeededBytes {
 /// Bytes that the pixels of a scene and its looks ask for.
 ///
 /// # Errors
-/// A grid or volume that is none.
+/// An invalid grid or volume.
 pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<NeededBytes, SceneError> {
     let Some(grid) = scene.grid()? else {
-        // Left to the flight: nothing is known before it is read.
+        // Left to the flight: the size is unknown until the flight is read.
         return Ok(NeededBytes { memory: 0, disk: 0 });
     };
     let plane = grid.len() as u128;
@@ -44,7 +44,7 @@ pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<Needed
     Ok(NeededBytes { memory, disk })
 }
 
-/// Bytes of a volume's maximum projections, beside one slice.
+/// Bytes of a volume's maximum projections, in addition to one slice.
 pub(crate) fn projections_bytes(volume: &VolumeGrid) -> u128 {
     let [nx, ny, nz] = [volume.base.nx, volume.base.ny, volume.nz].map(|n| n as u128);
     // Seen from above a value, its modulus and a height; from the side and the front a power.

@@ -92,18 +92,18 @@ impl Tiling {
     }
 }
 
-/// What the plans of a tile said.
+/// Records of a tile's plans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TilePlan {
     /// What was planned and why.
     pub plan: String,
-    /// Bytes promised beside the input.
+    /// Bytes needed in addition to the input.
     pub promised_bytes: u64,
     /// Relative L2 error that the self-check found.
     pub checked_error: Option<f64>,
 }
 
-/// Refuses what cannot be made tile by tile: solutions for the whole scene, and looks.
+/// Refuses products that cannot be made tile by tile: solutions for the whole scene, and looks.
 ///
 /// # Errors
 /// What was asked for.
@@ -123,8 +123,7 @@ pub fn check_request(request: &ImageRequest) -> Result<(), ImageError> {
     })
 }
 
-/// Puts tiles together: what [`focus`](crate::focus::focus) makes at once. A volume's slices go to
-/// the sink.
+/// Assembles tiles to the result of [`focus`](crate::focus::focus). A volume's slices go to the sink.
 ///
 /// # Errors
 /// A tile that cannot be had, a sink that is full.

@@ -17,11 +17,12 @@ const MARGIN: f64 = 3.0;
 pub struct Underground {
     /// Height of a level surface (m).
     pub surface_z_m: f64,
-    /// Whether the surface is the uneven one of the scene: its terrain, or what the radar shows.
+    /// Whether the surface is uneven: the terrain of the scene, or the surface seen by the radar.
     pub is_uneven: bool,
     /// That surface under antennas and pixels, once [`Underground::over`] has sampled it.
     pub relief: Option<Relief>,
-    /// Whether the permittivity of the soil is to be found from the data; that of the layer is a start then.
+    /// Whether the permittivity of the soil is found from the data; the layer's permittivity is then the
+    /// start.
     pub is_open: bool,
     /// Layers from the top; the last has no end.
     pub layers: Vec<Layer>,
@@ -59,7 +60,7 @@ impl Underground {
         scaled
     }
 
-    /// This ground of one soil with a permittivity that was found.
+    /// This ground of one soil with the permittivity found.
     #[must_use]
     pub fn of_permittivity(&self, relative_permittivity: f64) -> Self {
         let mut found = self.clone();
@@ -69,8 +70,8 @@ impl Underground {
         found
     }
 
-    /// Factors, each `ratio` times the one before, by which all permittivities stay within those of soils; 1 is one of
-    /// them.
+    /// Factors, each `ratio` times the one before, by which all permittivities stay within those of soils; 1
+    /// is among them.
     #[must_use]
     pub fn factors(&self, ratio: f64) -> Vec<f64> {
         let permittivities = (self.layers.iter()).map(|layer| layer.soil.relative_permittivity);
@@ -87,7 +88,7 @@ impl Underground {
     /// The ground as rays in the middle of a band see it.
     ///
     /// # Errors
-    /// Soils or layers that are none.
+    /// Invalid soils or layers.
     pub fn seen_at(&self, frequency_hz: &[f64]) -> Result<Ground, ImagingError> {
         let middle_hz = frequency_hz.iter().sum::<f64>() / frequency_hz.len().max(1) as f64;
         let level = Surface::Level {

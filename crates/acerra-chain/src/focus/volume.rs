@@ -1,4 +1,4 @@
-//! Volumes: slice after slice goes to the sink; what is greatest along each axis is kept.
+//! Volumes: slice after slice goes to the sink; the maximum along each axis is kept.
 
 use acerra_imaging::{
     Complex32, PlanOptions, Pulses, SurfaceGrid, VolumeGrid, VolumeRun,
@@ -28,15 +28,15 @@ pub struct Projections {
 pub(crate) struct ImagedVolume {
     /// The value of greatest modulus along z.
     pub image: Vec<Complex32>,
-    /// Columns and rows, with the heights of those values.
+    /// Columns and rows, with the heights of the image's values.
     pub pixels: Pixels,
     pub projections: Projections,
     pub run: VolumeRun,
-    /// Bytes of the tables and of what is kept.
+    /// Bytes of the tables and of the maximum projections.
     pub bytes: u128,
 }
 
-/// What is greatest along each axis of the slices so far.
+/// Maximum along each axis of the slices so far.
 struct Maxima {
     volume: VolumeGrid,
     image: Vec<Complex32>,
@@ -45,7 +45,7 @@ struct Maxima {
     side: Vec<f32>,
 }
 
-/// Images every slice into the sink, and keeps what is greatest along each axis.
+/// Images every slice into the sink, and keeps the maximum along each axis.
 ///
 /// # Errors
 /// Data that cannot be imaged, a sink that is full.

@@ -36,7 +36,7 @@ impl Evidence {
             .filter(move |finding| finding.verdict == verdict)
     }
 
-    /// One line: how many findings agree, and the names of those that do not.
+    /// One line: the number of findings that agree, and the names of the others.
     ///
     /// ```
     /// use acerra_chain::findings::{Evidence, Finding};

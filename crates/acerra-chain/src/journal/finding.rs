@@ -1,14 +1,14 @@
-//! One finding: a number that a run holds, beside what it should be.
+//! One finding: a number of a run, and its expected value.
 
 use serde::Serialize;
 
-/// What a finding says of the run.
+/// Verdict of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// The value is what it should be.
+    /// The value agrees with its expected value.
     Agrees,
-    /// The value is unlikely, or the image suffers from it; the settings deserve a look.
+    /// The value is unlikely, or the image suffers from it; the settings need a check.
     Doubtful,
     /// The value cannot be, were the settings right.
     Contradicts,
@@ -19,7 +19,7 @@ pub enum Verdict {
 pub struct Finding {
     /// Name of the finding, unique within a run (and track).
     pub name: String,
-    /// The value found; none where there is nothing to measure.
+    /// The value found; none where it cannot be measured.
     pub value: Option<f64>,
     /// The value expected if the settings are right.
     pub expected: Option<f64>,
@@ -31,13 +31,13 @@ pub struct Finding {
     pub verdict: Verdict,
     /// The judgement in words: what was compared, and which settings to look at.
     pub explanation: String,
-    /// The setting that the finding checks: a value of it that is wrong by more than the image bears would
-    /// not agree.
+    /// The setting that the finding checks: a wrong value that harms the image would be doubted or
+    /// contradicted.
     #[serde(skip)]
     pub checks: Option<Setting>,
 }
 
-/// Deviations beyond so many σ are doubtful, or contradict.
+/// Differences beyond this number of σ are doubtful, or contradict.
 pub(crate) const DOUBTFUL_SIGMAS: f64 = 3.0;
 
 const CONTRADICTING_SIGMAS: f64 = 6.0;
@@ -98,7 +98,7 @@ impl Finding {
         }
     }
 
-    /// The same as one that checks a setting.
+    /// The same finding, checking a setting.
     #[must_use]
     pub fn checking(mut self, setting: Setting) -> Self {
         self.checks = Some(setting);
@@ -112,7 +112,7 @@ impl Finding {
         self
     }
 
-    /// The same with its judgement in words.
+    /// The same finding with its judgement in words.
     #[must_use]
     pub fn because(mut self, explanation: impl Into<String>) -> Self {
         self.explanation = explanation.into();
@@ -134,8 +134,8 @@ pub enum Setting {
     ClockOffset,
     /// The fast time of range zero.
     Delay,
-    /// The heights, lever arm up included: what checks them checks the delay as well, but for the direct
-    /// coupling.
+    /// The heights, lever arm up included: a check of the heights checks the delay as well, except for the
+    /// direct coupling.
     Heights,
     /// The lever arm along the nose of the platform.
     LeverArmForward,
@@ -143,8 +143,7 @@ pub enum Setting {
     LeverArmLeft,
     /// The position of the base, as far as its own single-point position does not determine it.
     Base,
-    /// The axes of positions that a file gives in a frame of its own: ranges are the same in its mirror
-    /// image.
+    /// The axes of positions that a file gives in a local frame: ranges are the same in its mirror image.
     Axes,
     /// Where the antenna looks, from which its pattern counts.
     AntennaAxis,

@@ -1,4 +1,4 @@
-//! What a run leaves in writing beside its results. The caller owns it, so what a stage noticed is
+//! Record of a run in addition to its results. The caller owns the record, so that remarks of a stage are
 //! kept when a later stage fails.
 
 pub mod evidence;
@@ -26,7 +26,7 @@ impl Journal {
     /// it succeeds or not.
     ///
     /// # Errors
-    /// Those of the stage itself.
+    /// Errors of the stage itself.
     pub fn stage<T, E>(
         &mut self,
         name: &'static str,

@@ -1,4 +1,4 @@
-//! What each stage of a run cost: seconds, and the most memory the process held.
+//! Cost of each stage of a run: seconds, and the most memory the process held.
 
 use std::fmt;
 use std::time::Instant;
@@ -16,7 +16,7 @@ pub struct Stage {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// What a listener hears of a stage.
+/// Events of a stage, for a listener.
 #[derive(Clone, Copy, Debug)]
 pub enum StageEvent<'a> {
     /// A stage of this name begins.
@@ -44,18 +44,18 @@ impl fmt::Debug for Stages {
 }
 
 impl Stages {
-    /// Runs one stage inside a `tracing` span and records it, whether it succeeds or not. A stage
-    /// that is entered again is recorded once: its seconds add up, the larger peak counts.
+    /// Runs one stage inside a `tracing` span and records it, whether it succeeds or not. A stage that is
+    /// entered again is recorded once, with the sum of its seconds and the larger peak.
     ///
     /// # Errors
-    /// Those of the stage itself.
+    /// Errors of the stage itself.
     pub fn run<T, E>(
         &mut self,
         name: &'static str,
         stage: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
         let _span = tracing::info_span!("stage", name).entered();
-        self.tell(StageEvent::Started(name));
+        self.notify(StageEvent::Started(name));
         memory::start_peak();
         let start = Instant::now();
         let outcome = stage();
@@ -64,17 +64,17 @@ impl Stages {
             seconds: start.elapsed().as_secs_f64(),
             peak_memory_bytes: memory::peak_bytes(),
         };
-        self.tell(StageEvent::Finished(&stage));
+        self.notify(StageEvent::Finished(&stage));
         self.record(stage);
         outcome
     }
 
-    /// Tells `listener` of every stage from now on.
+    /// Calls `listener` for every stage from now on.
     pub fn listen(&mut self, listener: impl Fn(StageEvent<'_>) + Send + Sync + 'static) {
         self.listener = Some(Box::new(listener));
     }
 
-    fn tell(&self, event: StageEvent<'_>) {
+    fn notify(&self, event: StageEvent<'_>) {
         if let Some(listener) = &self.listener {
             listener(event);
         }

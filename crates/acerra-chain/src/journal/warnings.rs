@@ -1,7 +1,7 @@
-//! What a run has to say beside its results.
+//! Remarks of a run on its results.
 
-/// Warnings and notes of a run, in the order in which they arose. A warning may speak against the result; a note says what
-/// was left out without harm.
+/// Warnings and notes of a run, in the order in which they arose. A warning may question the result; a note
+/// reports harmless omissions.
 #[derive(Clone, Debug, Default)]
 pub struct Warnings {
     said: Vec<String>,

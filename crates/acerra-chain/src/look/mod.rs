@@ -1,5 +1,5 @@
-//! A first look at a flight, before anything of it is stated: whether the radar sees the surface below, and where its
-//! echoes focus if it looks to the side.
+//! A first look at a flight whose settings are all open: whether the radar sees the surface below, and where
+//! its echoes focus if it looks to the side.
 //!
 //! ```text
 //! change of the echoes, speed ─► offset ─┐
@@ -7,7 +7,7 @@
 //! spectra without gate or surface ───────┘
 //! ```
 //!
-//! Nothing that is found here rests on a gate, and no gate on the extent of an image.
+//! The look needs no gate and no extent of an image.
 
 mod error;
 mod motion;
@@ -31,10 +31,10 @@ pub use side::{Determined, SideLook};
 pub struct FirstLook {
     /// Whether an echo follows the height of the flight.
     pub sees_surface: bool,
-    /// Trajectory time minus radar time at which the rest was looked at (s); none where neither height nor motion
-    /// leaves an offset.
+    /// Trajectory time minus radar time used in the look (s); none where neither height nor motion determines
+    /// an offset.
     pub time_offset_s: Option<f64>,
-    /// Where the echoes focus; none where the surface is seen, or no offset is left.
+    /// Where the echoes focus; none where the surface is seen, or no offset is determined.
     pub side: Option<SideLook>,
 }
 

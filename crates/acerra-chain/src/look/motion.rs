@@ -6,13 +6,13 @@ use acerra_radar::align::{OffsetSearch, activity, coarse_offset};
 
 use crate::align::interpolator;
 
-/// Spacing at which the speed is sampled (s), and over what to each side it is taken.
+/// Spacing at which the speed is sampled (s), and half the interval over which it is averaged.
 const STEP_S: f64 = 0.05;
 const HALF_S: f64 = 0.1;
 /// Longest trajectory that is sampled (s).
 const LONGEST_S: f64 = 1e5;
 
-/// How well a motion explains the change of the echoes.
+/// Correlation of a motion with the change of the echoes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionMatch {
     /// Trajectory time minus radar time (s).

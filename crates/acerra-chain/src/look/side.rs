@@ -19,12 +19,13 @@ use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::scene::{Scene, SceneHeights, SceneOptions};
 
-/// Delays of an instrument without a calibration (s), their spacing, and those tried beside the best at each height.
+/// Delays of an instrument without a calibration (s), their spacing, and half the range tried about the best
+/// at each height.
 const DELAY_S: [f64; 2] = [0.0, 20e-9];
 const DELAY_STEP_S: f64 = 0.4e-9;
 const BESIDE_S: f64 = 1.2e-9;
-/// Heights tried (m): from so far below the lowest position to the height of the flight, at this spacing and at most
-/// so many. Above the flight the echoes of a level track are those of the mirror image below it.
+/// Heights tried (m): least depth below the lowest position, up to the height of the flight, with spacing and
+/// largest number. Above the flight the echoes of a level track are those of the mirror image below it.
 const BELOW_M: f64 = 2.0;
 const HEIGHT_STEP_M: f64 = 0.15;
 const MOST_HEIGHTS: usize = 60;
@@ -34,7 +35,7 @@ const TURNS: usize = 2;
 const MARGIN: f64 = 6.0;
 /// Two-way time after 2h/c up to which the default image reaches (s).
 const KEPT_S: f64 = 24e-9;
-/// Pixels of the look at everything in range, and the least distance of what counts as beyond the default image (m).
+/// Pixels of the image of everything in range, and least distance of an echo from the default image (m).
 const WIDE_PIXELS: f64 = 300_000.0;
 
 /// A quantity by the coherence of the most coherent echoes.
@@ -44,7 +45,7 @@ pub struct Determined {
     pub best: f64,
     /// First and last value that the echoes do not exclude.
     pub within: [f64; 2],
-    /// Whether the echoes exclude the ends of what was tried.
+    /// Whether the echoes exclude both ends of the range tried.
     pub is_bounded: bool,
 }
 
@@ -55,12 +56,13 @@ pub struct SideLook {
     pub delay_s: Determined,
     /// Height of the most coherent echoes (m).
     pub height_m: Determined,
-    /// How far the most coherent echo moves over the plane within the heights that are not excluded (m).
+    /// Largest movement of the most coherent echo over the plane within the heights that are not excluded
+    /// (m).
     pub moved_m: f64,
     /// Where it is (x, y), m.
     pub place_m: Option<[f64; 2]>,
-    /// The strongest echo of everything in range (x, y), m, where it lies beyond the default image and is stronger
-    /// by so much (dB).
+    /// The strongest echo of everything in range (x, y), m, and its level above the strongest in the default
+    /// image (dB), where it lies outside and is stronger.
     pub beyond: Option<([f64; 2], f64)>,
     /// Farthest range of the record at that delay (m).
     pub reach_m: f64,
@@ -169,7 +171,7 @@ impl Search<'_> {
     fn run(&self, whole: PlaneGrid, heights_m: [f64; 2]) -> Result<SideLook, LookError> {
         let delays_s = steps(DELAY_S, DELAY_STEP_S, usize::MAX);
         let tried_m = steps(heights_m, HEIGHT_STEP_M, MOST_HEIGHTS);
-        // The middle between the lowest position and what lies below it.
+        // The middle between the lowest position and the deepest height tried.
         let mut z_m = whole.z_m;
         let mut delay_s = 0.0;
         let mut by_delay = Vec::new();
@@ -264,7 +266,7 @@ fn best_of(scored: &[Scored]) -> usize {
         .unwrap_or_default()
 }
 
-/// The best of the values tried, and those within the margin of it, whether connected or not.
+/// The best of the values tried, and all values within the margin, connected or not.
 fn determined(values: &[f64], scored: &[Scored]) -> Determined {
     let best = best_of(scored);
     let least = scored[best].0 - MARGIN;

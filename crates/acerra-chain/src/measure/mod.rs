@@ -1,4 +1,4 @@
-//! Stage `measure`: what the image shows.
+//! Stage `measure`: targets, resolution and ghosts of the image.
 
 use acerra_imaging::ImagingError;
 use acerra_imaging::metrics::{
@@ -15,7 +15,7 @@ use crate::focus::Focused;
 pub struct MeasureOptions {
     /// Peaks weaker than this relative to the strongest are not listed (dB).
     pub threshold_db: f64,
-    /// At most so many targets are listed.
+    /// Largest number of targets listed.
     pub max_targets: usize,
 }
 
@@ -75,7 +75,8 @@ pub fn measure(
     let found = if is_straight {
         measure_targets_in(&view, &pulses, &metrics, control.operation())
     } else {
-        // Phases along straight rays from one antenna are not those of these echoes, and would explain targets away.
+        // Phases along straight rays from one antenna differ from those of these echoes, and would remove
+        // targets as ghosts.
         let spread = PointSpread::of(&pulses);
         measure_targets(&view, &spread, &metrics, control.operation())
     };

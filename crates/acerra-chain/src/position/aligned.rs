@@ -8,8 +8,8 @@ use acerra_geo::trajectory::SolutionStatus;
 use crate::choices::AntennaAxis;
 use crate::position::boresight::Boresights;
 
-/// The traces that enter the image, with their positions. All lists but `all` have one entry a
-/// trace that enters; those of several tracks follow one another.
+/// The traces that enter the image, with their positions. All lists but `all` have one entry for each such
+/// trace, track after track.
 #[derive(Clone, Debug, Default)]
 pub struct Aligned {
     /// Numbers of the traces in their log.
@@ -34,21 +34,21 @@ pub struct Aligned {
     pub gimbal_forward: Boresights,
     /// Entries with which a line or a track begins, other than the first.
     pub line_starts: Vec<usize>,
-    /// Path that each trace stands for on its line (m).
+    /// Length of path that each trace represents on its line (m).
     pub path_m: Vec<f64>,
-    /// The places of all traces of the log, with what each rests on.
+    /// The places of all traces of the log, with their sources.
     pub all: Vec<Interpolated>,
-    /// Whether a platform stands much of the time, so that its traces count by the path they cover
-    /// by default.
+    /// Whether a platform is at rest for much of the time, so that its traces are weighted by path by
+    /// default.
     pub stands: bool,
     /// Heights by the radar, where they replace those of the positions.
     pub radar_height: Option<HeightsReplaced>,
 }
 
-/// Heights by the radar beside those of the positions.
+/// Heights by the radar, compared with those of the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightsReplaced {
-    /// Standard deviation of the positions' heights about the radar's, their common level aside (m).
+    /// Standard deviation of the positions' heights about the radar's, without their common level (m).
     pub positions_off_m: f64,
     /// Median deviation that the positions state (m), where they do.
     pub stated_m: Option<f64>,
@@ -59,7 +59,7 @@ pub struct HeightsReplaced {
 }
 
 impl Aligned {
-    /// First and last trace of a platform that stands much of the time.
+    /// First and last moving trace of a platform that is at rest for much of the time.
     #[must_use]
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];
@@ -80,7 +80,7 @@ impl Aligned {
         from.zip(to).map(|(from, to)| from..to).collect()
     }
 
-    /// Path (m) that each trace stands for, along the lines alone.
+    /// Path (m) that each trace represents, along the lines alone.
     pub(crate) fn path_along_lines_m(&self, position_m: &[[f64; 3]]) -> Vec<f64> {
         let lines = self.lines(0..position_m.len());
         let path_m = |line: Range<usize>| path_length_per_trace_m(&position_m[line]);
@@ -118,7 +118,7 @@ impl Aligned {
         }
     }
 
-    /// Where the antenna looks; none where it is taken to look straight down.
+    /// Direction in which the antenna looks; none where it is assumed to look straight down.
     #[must_use]
     pub const fn boresights(&self, axis: AntennaAxis) -> Option<&Boresights> {
         match axis {

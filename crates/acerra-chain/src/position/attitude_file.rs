@@ -12,7 +12,7 @@ use acerra_geo::trajectory::{Fix, Trajectory, TrajectoryError};
 
 use crate::position::clock_shift::{ClockShift, clock_shift};
 
-/// Deviation of a shift beyond which nothing is said of it (s).
+/// Largest deviation of a shift that is reported (s).
 const MOST_SIGMA_S: f64 = 1.0;
 
 /// Why the attitudes of a log cannot be put on positions.
@@ -28,7 +28,7 @@ pub enum AttitudeFileError {
         /// The kind of log.
         format: LogFormat,
     },
-    /// The log's clock is its own.
+    /// The log's clock is not GPS time.
     #[error(
         "[trajectory] attitude_file: expected times that a GNSS receiver ties to GPS time, found a clock of the \
          log's own"
@@ -46,7 +46,7 @@ pub enum AttitudeFileError {
          from north and down, found axes of the file's own"
     )]
     LocalAxes,
-    /// The log's attitudes count from axes that nothing ties to north.
+    /// The log's attitudes count from axes with no relation to north.
     #[error(
         "[trajectory] attitude_file: expected attitudes from north and down, found a robot's own axes (positions of \
          {source_name})"
@@ -64,7 +64,7 @@ pub enum AttitudeFileError {
     NoOverlap {
         /// First and last time of the positions.
         positions: [GpsTime; 2],
-        /// Those of the log's own positions.
+        /// Times of the log's own positions.
         log: [GpsTime; 2],
     },
     /// The positions do not make a trajectory.
@@ -77,18 +77,18 @@ pub enum AttitudeFileError {
 pub struct WithAttitudes {
     /// The positions.
     pub trajectory: Trajectory,
-    /// What there is to say about the log.
+    /// Remarks on the log.
     pub report: LogReport,
-    /// How the log's own positions lie beside these; none where that cannot be determined.
+    /// Displacement of the log's own positions from the positions; none where it cannot be determined.
     pub shift: Option<ClockShift>,
     /// Positions without an attitude of the vehicle.
     pub without_attitude: usize,
-    /// Positions without an attitude of the gimbal, where one is asked for.
+    /// Positions without an attitude of the gimbal, where the campaign uses one.
     pub without_gimbal: usize,
 }
 
 /// Puts the attitudes of the log `reader` on the positions of `trajectory` by GPS time, interpolated at the
-/// positions' times, in place of those that they had.
+/// positions' times, in place of earlier attitudes.
 ///
 /// # Errors
 /// A log that cannot be used or holds no attitude, positions without GPS time or place, and logs of other times than
@@ -140,7 +140,7 @@ pub fn with_log_attitudes(
 }
 
 impl WithAttitudes {
-    /// What a user should know before trusting the attitudes, as sentences.
+    /// Remarks that a user needs before trusting the attitudes, as sentences.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         let total = self.trajectory.fixes().len();
@@ -153,8 +153,8 @@ impl WithAttitudes {
             })
         };
         let unchecked = self.well_known_shift().is_none().then(|| {
-            "the log's own positions do not tell whether its clock goes with the positions': they move too little, \
-             or have too few times in common"
+            "the log's own positions cannot show whether its clock agrees with the positions': they move \
+             too little, or have too few times in common"
                 .to_owned()
         });
         let own = self.report.attitude_warnings();
@@ -232,7 +232,7 @@ mod tests {
             matches!(&error, AttitudeFileError::RobotAxes { source_name } if source_name == "/odom"),
             "{error}"
         );
-        // Those beside the receiver's positions count from north: only their times are others.
+        // Attitudes to be used with the receiver's positions count from north: only their times are replaced.
         let error = refused("/fix");
         assert!(
             matches!(error, AttitudeFileError::NoOverlap { .. }),

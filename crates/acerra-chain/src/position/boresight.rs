@@ -13,7 +13,8 @@ pub const FORWARD: [f64; 3] = [1.0, 0.0, 0.0];
 pub struct Boresights {
     /// Unit vectors east, north, up.
     pub looks: Vec<[f64; 3]>,
-    /// Whether that is by the trace's own attitude; else it is that of the trace before, or straight down.
+    /// Whether the direction is by the trace's own attitude; else it is that of the trace before, or straight
+    /// down.
     pub is_own: Vec<bool>,
 }
 

@@ -1,4 +1,4 @@
-//! How far the clocks of two records of one flight are apart, by the positions in both.
+//! Offset between the clocks of two records of one flight, from the positions in both.
 
 use acerra_geo::interpolate::{InterpolationOptions, Interpolator, Method};
 use acerra_geo::trajectory::{Fix, Trajectory};
@@ -16,12 +16,12 @@ const MOST_COMPARED: usize = 1000;
 /// The fewest that show anything.
 const FEWEST_COMPARED: usize = 20;
 
-/// One record of a flight beside another.
+/// Comparison of one record of a flight with another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockShift {
     /// The record's stamp of an event minus that of the reference (s), by the positions.
     pub shift_s: f64,
-    /// Its standard deviation (s), by what is left between the positions and how long that lasts.
+    /// Its standard deviation (s), from the residuals between the positions and their correlation time.
     pub sigma_s: f64,
     /// Mean horizontal distance of the record's positions from the reference's (m), at that shift.
     pub distance_m: f64,
@@ -56,7 +56,7 @@ pub fn clock_shift(record: &Trajectory, reference: &Trajectory) -> Option<ClockS
         .flat_map(|(_, c)| c)
         .map(|c| c.residual_m.len())
         .max()?;
-    // What a wide shift leaves in common is little, and fits by chance.
+    // A short overlap at a wide shift fits by chance.
     let enough = FEWEST_COMPARED.max(most / 2);
     let square = |k: usize| {
         let comparison = tried.get(k)?.1.as_ref()?;
@@ -97,7 +97,7 @@ pub fn clock_shift(record: &Trajectory, reference: &Trajectory) -> Option<ClockS
 struct Comparison {
     /// Mean difference east and north (m).
     mean_m: [f64; 2],
-    /// What is left of each difference (m), in order of time.
+    /// Residual of each difference (m), in order of time.
     residual_m: Vec<[f64; 2]>,
 }
 
@@ -132,8 +132,8 @@ impl Comparison {
         (sum / (2 * self.residual_m.len()) as f64).max(1e-8)
     }
 
-    /// How many independent residuals there are: all over the sum of their autocorrelation, up to where it ends. Two axes
-    /// count twice.
+    /// Number of independent residuals: all over the sum of their autocorrelation, up to its first zero. Two
+    /// axes count twice.
     fn independent(&self) -> f64 {
         let count = self.residual_m.len();
         let product = |lag: usize| -> f64 {

@@ -9,8 +9,8 @@ const LEAST: usize = 16;
 /// Standard deviation over median modulus, of a normal distribution.
 const NORMAL: f64 = 1.4826;
 
-/// Standard deviation of what differs from fix to fix in the heights (m), by third differences, in which
-/// motion of even acceleration has no part; none of fewer than 19 even fixes in a row.
+/// Standard deviation of the heights' noise from fix to fix (m), by third differences, to which motion of
+/// constant acceleration does not contribute; none without 19 even fixes in a row.
 ///
 /// Motion that changes from one fix to the next passes for noise: of a lively craft at 1 Hz, this is an
 /// upper bound.
@@ -25,7 +25,7 @@ pub(crate) fn height_noise_m(trajectory: &Trajectory) -> Option<f64> {
     Some(NORMAL * *median_m / 20_f64.sqrt())
 }
 
-/// Median standard deviation of heights without fixed ambiguities (m), where most of them are such:
+/// Median standard deviation of heights without fixed ambiguities (m), where most heights are such:
 /// ambiguities and code multipath drift for as long as a climb lasts.
 pub(crate) fn lasting_error_m(trajectory: &Trajectory) -> Option<f64> {
     let drifts = |status| {
@@ -37,8 +37,8 @@ pub(crate) fn lasting_error_m(trajectory: &Trajectory) -> Option<f64> {
     median_sigma_m(trajectory, drifts)
 }
 
-/// Median standard deviation of heights with fixed ambiguities (m), where most of them are such:
-/// reflections err for some ten seconds.
+/// Median standard deviation of heights with fixed ambiguities (m), where most heights are such: multipath
+/// lasts for some ten seconds.
 pub(crate) fn stated_error_m(trajectory: &Trajectory) -> Option<f64> {
     median_sigma_m(trajectory, |status| status == SolutionStatus::Fixed)
 }

@@ -38,31 +38,31 @@ use crate::read::trace_positions::TracePositions;
     reason = "a survey holds one value for each track"
 )]
 pub enum Positions {
-    /// A trajectory on a clock of its own.
+    /// A trajectory with its clock.
     Trajectory(Box<Trajectory>),
     /// One position for each trace, on the traces' own clock.
     PerTrace(TracePositions),
 }
 
-/// Positions of a track, and what is known of their axes.
+/// Positions of a track, and the meaning of their axes.
 #[derive(Clone, Debug)]
 pub struct Positioned {
     /// The positions.
     pub positions: Positions,
-    /// A trajectory file gives them in a frame of its own, with an origin on the Earth or without.
+    /// A trajectory file gives positions in a local frame, with an origin on the Earth or without.
     pub has_local_axes: bool,
     /// Which sources of autopilots' logs they are.
     pub log_sources: LogSources,
     /// Step of the last digit in which a file gives them, east, north and up (m).
     pub resolution_m: Option<[f64; 3]>,
-    /// What their source shows of its own quality.
+    /// Quality of the positions as their source states it.
     pub seen: SourceSeen,
 }
 
-/// What a source of positions shows of its own quality, for the findings.
+/// Quality of positions as their source states it, for the findings.
 #[derive(Clone, Debug, Default)]
 pub struct SourceSeen {
-    /// Name of the source in an autopilot's log, and how many of its positions have which status.
+    /// Name of the source in an autopilot's log, and the number of its positions of each status.
     pub autopilot: Option<(String, StatusCounts)>,
     /// Distance of the base's position from the base's own single-point position (m).
     pub base_from_single_m: Option<f64>,
@@ -70,7 +70,7 @@ pub struct SourceSeen {
     pub attitudes: Option<AttitudesSeen>,
 }
 
-/// Which sources of autopilots' logs positions come from, in words.
+/// Sources of positions in autopilots' logs, in words.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LogSources {
     /// Of the log that gives the positions.
@@ -154,11 +154,11 @@ pub struct PositionOptions {
     pub log_source: Option<String>,
     /// Log of an autopilot or a robot whose attitudes the positions take.
     pub attitude_file: Option<PathBuf>,
-    /// Source of the attitudes in it, or else in the log of the positions.
+    /// Source of the attitudes in the attitude file, or else in the log of the positions.
     pub attitude_source: Option<String>,
     /// The gimbal that carries the antenna, whose attitude is read of the same log.
     pub gimbal: GimbalChoice,
-    /// What the heights of a table are above, where its header does not say.
+    /// Vertical datum of the heights of a table, where its header states none.
     pub height_datum: Option<HeightDatum>,
     /// Grid of the geoid, which raises heights above the sea in such a log or table to the ellipsoid.
     pub geoid: Option<PathBuf>,
@@ -185,7 +185,7 @@ pub struct GnssLogs {
     pub files: PositioningInput,
     /// RTKLIB configuration with the options of the positioning.
     pub config: Option<PathBuf>,
-    /// Where the base's antenna is. By default what its log says.
+    /// Position of the base's antenna. By default as its log states.
     pub base: Option<BasePlace>,
 }
 
@@ -241,7 +241,7 @@ pub enum PositionError {
     /// The lever arm cannot be applied.
     #[error("[trajectory] lever_arm_m: {0}")]
     LeverArm(LeverArmError),
-    /// A lever arm beside positions of the phase centre itself.
+    /// A lever arm is stated together with positions of the phase centre itself.
     #[error(
         "[trajectory] lever_arm_m: expected none, as position_m in {} gives the phase centre itself",
         radar_file.display()
@@ -256,7 +256,7 @@ pub enum PositionError {
         radar_file.display()
     )]
     Missing {
-        /// The radar file, which has none.
+        /// The radar file, which holds no positions.
         radar_file: PathBuf,
     },
     /// Tracks in frames that cannot be brought together.
@@ -300,7 +300,7 @@ pub fn position(
         (PositionSource::Trajectory(file), inside) => {
             if inside.is_some() {
                 warnings.add(format!(
-                    "{} brings positions of its own; those of {} are used",
+                    "{} holds positions; those of {} are used instead",
                     name_of(&radar_file()),
                     name_of(file)
                 ));
@@ -326,8 +326,8 @@ pub fn position(
     }
 }
 
-/// Positions in memory, brought to the origin and the radar's phase centre as those of a file are: those
-/// in a local frame are taken to be about the origin, where one is stated.
+/// Positions in memory, brought to the origin and the radar's phase centre as those of a file are: local
+/// frames count from the origin, where one is stated.
 ///
 /// # Errors
 /// A lever arm of positions that are the traces' own; a trajectory whose heading cannot be found.
@@ -430,8 +430,8 @@ fn from_file(
     })
 }
 
-/// The positions with the attitudes of the log that is named for them, the sources of that log in words, and what
-/// the log shows of its clock and place.
+/// The positions with the attitudes of the log that the campaign names for them, the sources of that log in
+/// words, and the log's clock and place relative to the positions.
 fn with_attitudes(
     trajectory: Trajectory,
     options: &PositionOptions,
@@ -500,8 +500,8 @@ fn base_keys(error: &PositioningError) -> &'static str {
     }
 }
 
-/// The files and the options of the positioning: what the configuration file says, and the base's
-/// place. Its settings get the safeguards that `acerra ppk` gives them.
+/// The files and the options of the positioning: the settings of the configuration file, and the base's
+/// place. These settings get the safeguards of `acerra ppk`.
 fn positioning_of(
     logs: &GnssLogs,
     warnings: &mut Warnings,
@@ -516,8 +516,8 @@ fn positioning_of(
         options = conf.options;
         if options.mode == PositioningMode::MovingBase {
             warnings.add(format!(
-                "{}: with a moving base the positions are as good as the base's own codes, to metres: \
-                 an image needs a base that stands",
+                "{}: with a moving base the positions are as good as the base's own codes, to metres: an \
+                 image needs a base at rest",
                 name_of(path)
             ));
         }
@@ -550,7 +550,7 @@ fn at_phase_centre(
 /// Brings the trajectories of all tracks into the frame of the first.
 ///
 /// # Errors
-/// Frames on the Earth beside frames of unknown place.
+/// Frames on the Earth together with frames of unknown place.
 pub fn in_one_frame<'a>(
     positions: impl IntoIterator<Item = &'a mut Positions>,
 ) -> Result<(), PositionError> {

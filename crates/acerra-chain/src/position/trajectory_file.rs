@@ -15,7 +15,7 @@ use crate::choices::HeightDatum;
 /// How to read a file of positions.
 #[derive(Clone, Debug, Default)]
 pub struct TrajectoryFileOptions {
-    /// Origin of the local frame; none: the file's own, or its first position.
+    /// Origin of the local frame; none: the file's own origin, or its first position.
     pub origin: Option<Geodetic>,
     /// Rigid body of a motion-capture export that holds several.
     pub rigid_body: Option<String>,
@@ -23,11 +23,11 @@ pub struct TrajectoryFileOptions {
     pub source: Option<String>,
     /// Source of the attitudes in an autopilot's log.
     pub attitude_source: Option<String>,
-    /// Whose attitude each position has beside the vehicle's, of an autopilot's log.
+    /// Source of each position's attitude in addition to the vehicle's, of an autopilot's log.
     pub gimbal: GimbalChoice,
     /// Of several sources the first is taken, and a remark names the others.
     pub takes_first_source: bool,
-    /// What the heights of a table are above, where its header does not say.
+    /// Vertical datum of the heights of a table, where its header states none.
     pub height_datum: Option<HeightDatum>,
     /// Grid of the geoid, which raises heights above the sea to the ellipsoid.
     pub geoid: Option<PathBuf>,
@@ -38,16 +38,16 @@ pub struct TrajectoryFileOptions {
 pub struct TrajectoryFile {
     /// The positions.
     pub trajectory: Trajectory,
-    /// What its reader says of them.
+    /// Remarks of its reader.
     pub report: TrajectoryReport,
 }
 
-/// What a reader says of a file of positions.
+/// Remarks of the reader of a file of positions.
 #[derive(Clone, Debug)]
 pub enum TrajectoryReport {
     /// That of a text.
     Text(ReadReport),
-    /// That of the log of an autopilot or a robot.
+    /// Remarks on the log of an autopilot or a robot.
     Log(LogReport),
 }
 
@@ -67,7 +67,7 @@ pub enum TrajectoryFileError {
     /// The grid of the geoid cannot be read.
     #[error("[image] geoid: {0}")]
     Geoid(#[from] GeoidError),
-    /// A source is named of a file that has none.
+    /// A source is named for a file without sources.
     #[error(
         "[trajectory] {key}: expected the log of an autopilot or a robot, which has sources, found another kind"
     )]
@@ -75,7 +75,7 @@ pub enum TrajectoryFileError {
         /// The key.
         key: &'static str,
     },
-    /// The attitude of a gimbal is wanted of a file that cannot have it.
+    /// The attitude of a gimbal is requested of a file that cannot hold one.
     #[error(
         "[image] antenna_axis: expected the log of an autopilot or a robot, which may hold the attitude of a \
          gimbal, found another kind"
@@ -95,7 +95,7 @@ pub enum TrajectoryFileError {
 /// Reads a file of positions; its kind is recognised from its content.
 ///
 /// # Errors
-/// A file of no known kind, or one that cannot be used; the caller adds the path.
+/// A file of unknown kind, or an unusable file; the caller adds the path.
 pub fn read_trajectory_file(
     mut reader: impl BufRead,
     options: &TrajectoryFileOptions,
@@ -165,7 +165,7 @@ fn from_text(
 }
 
 impl TrajectoryFile {
-    /// Whether the file gives the positions in a frame of its own.
+    /// Whether the file gives the positions in a local frame.
     #[must_use]
     pub const fn has_local_axes(&self) -> bool {
         match &self.report {
@@ -183,7 +183,7 @@ impl TrajectoryFile {
         }
     }
 
-    /// What was left out and assumed, as sentences.
+    /// Omissions and assumptions, as sentences.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         match &self.report {
@@ -198,7 +198,7 @@ impl TrajectoryFile {
         }
     }
 
-    /// What was left out of a text, in short; the remarks on a log.
+    /// Omissions of a text file, in short; the remarks on a log.
     #[must_use]
     pub fn skipped(&self) -> Option<String> {
         match &self.report {

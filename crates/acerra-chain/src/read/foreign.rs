@@ -29,7 +29,7 @@ impl Line {
         squares.sum::<f64>().sqrt()
     }
 
-    /// Places of traces: by the odometer's share of the way where there is one, else evenly spaced.
+    /// Places of traces: by the odometer's share of the distance where there is one, else evenly spaced.
     fn places(&self, traces: usize, along_m: Option<&[f64]>) -> Vec<[f64; 3]> {
         let last = traces.saturating_sub(1).max(1) as f64;
         let way = along_m.and_then(|a| Some((*a.first()?, *a.last()?)));
@@ -54,7 +54,7 @@ pub enum Signal {
     Spectrum(Spectrum),
 }
 
-/// A channel of a file, and what is to be said of it.
+/// A channel of a file, and the remarks on it.
 pub struct Foreign {
     pub signal: Signal,
     pub positions: Option<TracePositions>,
@@ -79,7 +79,7 @@ pub enum ForeignError {
 /// Reads a file of another maker's radar.
 ///
 /// # Errors
-/// Those of the reader; a channel that is not there.
+/// Errors of the reader; a channel that the file lacks.
 pub fn read_foreign(
     path: &Path,
     channel: Option<&str>,
@@ -113,8 +113,8 @@ pub fn read_foreign(
     })
 }
 
-/// Traces along a line. Antennas apart are taken as one behind the other: the distance in the file does not give
-/// their direction, which matters little below and beside the line.
+/// Traces along a line. Separate antennas are assumed one behind the other: the distance in the file does not
+/// give their direction, which matters little below and to the side of the line.
 fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePositions {
     let places = line.places(channel.traces, channel.along_m.as_deref());
     let mut placed = TracePositions::from(places);
@@ -131,8 +131,8 @@ fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePosi
         };
         placed.antennas_m = Some([moved(1.0), moved(-1.0)]);
         remarks.push(format!(
-            "transmitter and receiver, {apart_m} m apart, are taken as one behind the other along the line, \
-             unless [radar] antenna_offset_m says otherwise"
+            "transmitter and receiver, {apart_m} m apart, are assumed one behind the other along the line, \
+             unless [radar] antenna_offset_m states otherwise"
         ));
     }
     placed
@@ -165,7 +165,7 @@ fn signal(channel: &Channel, time_s: Vec<f64>) -> Result<Signal, RadargramError>
     }
 }
 
-/// Places in a local frame; those on the Earth about the first of them.
+/// Places in a local frame; places on the Earth relative to the first.
 fn placed(positions: Positions) -> TracePositions {
     let places = match positions {
         Positions::Local(places) => return TracePositions::from(places),
@@ -208,7 +208,7 @@ fn remarks(recording: &Recording, chosen: &Channel, is_named: bool) -> Vec<Strin
     remarks
 }
 
-/// The odometer's way against the line that the campaign states.
+/// The odometer's distance compared with the length of the line that the campaign states.
 fn off_length(channel: &Channel, line: &Line) -> Option<Contradiction> {
     /// Share of the length that an odometer may be off.
     const TOLERANCE: f64 = 0.05;

@@ -15,7 +15,7 @@ use crate::journal::warnings::Warnings;
 /// The files of a grid, and where their lines lie.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridSource {
-    /// Files; `*` and `?` in a file's name stand for any characters.
+    /// Files; `*` and `?` in a file's name match any characters.
     pub patterns: Vec<PathBuf>,
     /// Where their lines lie.
     pub layout: GridLayout,
@@ -38,8 +38,8 @@ pub enum GridLayout {
 }
 
 impl GridSource {
-    /// The files, in the order of the numbers in their names. A header that lies beside its samples is no file of its
-    /// own.
+    /// The files, in the order of the numbers in their names. A header next to its samples is no separate
+    /// file.
     ///
     /// # Errors
     /// A pattern that no file matches, a folder that cannot be listed.
@@ -126,7 +126,7 @@ pub fn read_grid(
     Ok(joined.into_data(files.len()))
 }
 
-/// A remark that several files share is said once.
+/// A remark that several files share appears once.
 fn say_once(mut remarks: Vec<String>, files: usize, warnings: &mut Warnings) {
     remarks.sort();
     for same in remarks.chunk_by(|a, b| a == b) {
@@ -260,7 +260,7 @@ impl Joined {
     }
 }
 
-/// How far apart two statements are, as a share of the greater.
+/// Difference between two statements, as a share of the greater.
 fn off(found: &Contradiction) -> f64 {
     let greater = found.used.abs().max(found.other.abs());
     (found.used - found.other).abs() / greater.max(f64::MIN_POSITIVE)
@@ -309,9 +309,9 @@ fn matching(pattern: &Path) -> Result<Vec<PathBuf>, ReadError> {
     Ok(found)
 }
 
-/// Whether `name` is what `pattern` stands for.
+/// Whether `name` matches `pattern`.
 fn is_match(pattern: &[u8], name: &[u8]) -> bool {
-    // The last star, and how much of the name it stands for.
+    // The last star, and the length of the name that it matches.
     let (mut p, mut n) = (0, 0);
     let mut star: Option<(usize, usize)> = None;
     while n < name.len() {

@@ -17,7 +17,7 @@ pub struct InputFile {
     pub bytes: u64,
     /// SHA-256 in lower-case hexadecimal digits.
     pub sha256: String,
-    /// Which sources of it were used, where it holds several: the log of an autopilot or a robot.
+    /// Sources used, where the file holds several: the log of an autopilot or a robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sources: Option<String>,
 }

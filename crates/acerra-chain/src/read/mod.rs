@@ -27,7 +27,7 @@ use crate::read::trace_positions::TracePositions;
 pub use foreign::{ForeignError, Line};
 pub use raw::read_raw;
 
-/// What the log holds for the chain.
+/// Content of the log for the chain.
 #[derive(Clone, Debug)]
 pub enum RadarContent {
     /// Traces, still to be cleaned.
@@ -66,9 +66,9 @@ pub struct RadarData {
     pub content: RadarContent,
     /// Antenna position of each trace, where the file brings it.
     pub positions: Option<TracePositions>,
-    /// What the measurement is called in summaries and pictures.
+    /// Name of the measurement in summaries and pictures.
     pub label: RadarLabel,
-    /// The clock that was recorded beside the log. Where there is one, times count seconds of GPS time.
+    /// The clock recorded with the log. With such a clock, times count seconds of GPS time.
     pub clock: Option<LoggedClock>,
     /// Whether the file states no times: traces are numbered.
     pub is_untimed: bool,
@@ -76,17 +76,17 @@ pub struct RadarData {
     pub contradictions: Vec<Contradiction>,
 }
 
-/// What a radar measurement is called in summaries and pictures.
+/// Name of a radar measurement in summaries and pictures.
 #[derive(Clone, Debug)]
 pub struct RadarLabel {
     /// Unit of the samples.
     pub unit: &'static str,
-    /// One line on what was read.
+    /// One line on the log.
     pub summary: String,
 }
 
 impl RadarData {
-    /// A measurement in memory; positions are given beside it.
+    /// A measurement in memory; positions are given separately.
     #[must_use]
     pub fn in_memory(content: RadarContent) -> Self {
         let summary = match &content {
@@ -152,7 +152,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// Ends of a line are stated for a file that has no need of them.
+    /// Ends of a line are stated for a file that does not need them.
     #[error(
         "{}: [radar] line_start_m: expected a file of traces along a line (SEG-Y, DZT, DT1, rd3, …), found another kind",
         path.display()
@@ -161,7 +161,7 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// No file has a name that was asked for.
+    /// A requested file name that no file has.
     #[error("[radar] files: expected at least one file named {}, found none", pattern.display())]
     NoMatch {
         /// The name, with `*` and `?` for any characters.
@@ -179,7 +179,7 @@ pub enum ReadError {
         /// The row's file.
         path: PathBuf,
     },
-    /// Files of a grid that were not measured alike.
+    /// Files of a grid with different measurement parameters.
     #[error("{}: {what}: expected {expected} as in {first}, found {found}", path.display())]
     GridDiffers {
         /// The file.
@@ -215,20 +215,20 @@ pub enum ReadError {
         /// The place in it, what was expected and what was found.
         cause: Box<PhaseHistoryError>,
     },
-    /// The clock beside the log.
+    /// Error of the recorded clock.
     #[error(transparent)]
     Clock(#[from] LoggedClockError),
-    /// The campaign asks for a recorded clock, and there is none.
+    /// The campaign uses a recorded clock, and the log has none.
     #[error(
-        "{}: [trajectory] time_offset_s = \"logged\": expected the clock of the recording beside the radar log, \
-         found none",
+        "{}: [trajectory] time_offset_s = \"logged\": expected the clock of the recording next to the radar \
+         log, found none",
         path.display()
     )]
     NoClock {
         /// Where it would lie.
         path: PathBuf,
     },
-    /// A channel is named of a file that has none.
+    /// A channel is named for a file without channels.
     #[error(
         "{}: [radar] channel: expected a file that has channels (CPHD, SEG-Y, DZT, gprMax, …), found another kind",
         path.display()
@@ -237,8 +237,8 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// A neutral file that says neither when nor where its traces were measured.
-    #[error("{}: expected time_s or position_m beside the data, found neither", path.display())]
+    /// A neutral file that holds neither times nor places of its traces.
+    #[error("{}: expected time_s or position_m with the data, found neither", path.display())]
     NoTime {
         /// The file.
         path: PathBuf,
@@ -257,8 +257,8 @@ pub fn read_radar(path: &Path, warnings: &mut Warnings) -> Result<RadarData, Rea
 /// one.
 ///
 /// # Errors
-/// A file that is absent, of another kind, cut off before its first whole scan, or hostile; a channel
-/// that is not there. The message names the file and the place in it.
+/// A file that is absent, of another kind, cut off before its first whole scan, or hostile; a channel that
+/// the file lacks. The message names the file and the place in it.
 pub fn read_channel(
     path: &Path,
     channel: Option<&str>,
@@ -290,11 +290,11 @@ pub fn read_channel(
 /// Whose reader takes a file.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// That of other makers' radars.
+    /// Reader of other makers' radar files.
     Foreign,
-    /// That of phase history data.
+    /// Reader of phase history data.
     PhaseHistory,
-    /// That of this program's radar and of neutral files.
+    /// Reader of this program's radar and of neutral files.
     Own,
 }
 
@@ -410,7 +410,7 @@ fn say_left_out(other_scans: usize, warnings: &mut Warnings) {
     );
 }
 
-/// The clock beside the log, by which the traces' times are put on GPS time.
+/// The clock recorded with the log, which places the traces' times on GPS time.
 fn recorded_clock(
     path: &Path,
     log: &RadarLog,
@@ -474,7 +474,7 @@ fn from_neutral(
     Ok(data)
 }
 
-/// The traces without those that stand out from their neighbours by orders of magnitude.
+/// The traces without outliers that exceed their neighbours by orders of magnitude.
 fn without_outliers(radargram: Radargram, warnings: &mut Warnings) -> Radargram {
     let outliers = scan_outliers(&radargram, &OutlierOptions::default());
     let is_sound = |trace: &usize| outliers.iter().all(|outlier| outlier.trace != *trace);
@@ -484,8 +484,8 @@ fn without_outliers(radargram: Radargram, warnings: &mut Warnings) -> Radargram 
     }
     warnings.count(
         outliers.len(),
-        "scans stand out from their neighbours by orders of magnitude and were left out; trace \
-         numbers count those that remain",
+        "scans exceed their neighbours by orders of magnitude and were left out; trace numbers count the \
+         remaining scans",
     );
     radargram.select(&kept).unwrap_or(radargram)
 }

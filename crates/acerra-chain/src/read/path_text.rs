@@ -1,4 +1,4 @@
-//! Paths in what is written down: those that are not UTF-8 with U+FFFD for what is none.
+//! Paths in written text, with U+FFFD in place of bytes that are not UTF-8.
 
 use std::path::{Path, PathBuf};
 

@@ -8,13 +8,13 @@ use acerra_radar::{RadargramError, Spectrum};
 
 use crate::read::trace_positions::TracePositions;
 
-/// What a CPHD file holds for the chain.
+/// Content of a CPHD file for the chain.
 pub(crate) struct PhaseHistory {
     /// Spectra, ready for the adjoint.
     pub spectrum: Spectrum,
     /// Where they were measured.
     pub positions: TracePositions,
-    /// One line on what was read.
+    /// One line on the file.
     pub summary: String,
     /// What was left aside.
     pub remarks: Vec<String>,

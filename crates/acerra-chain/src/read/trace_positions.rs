@@ -10,7 +10,8 @@ pub struct TracePositions {
     pub position_m: Vec<[f64; 3]>,
     /// Transmitters and receivers in the same axes (m), where they are apart.
     pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
-    /// Numbers of the traces with which a line begins, other than the first: on the way there nothing was measured.
+    /// Numbers of the traces at which a line begins, other than the first: between lines nothing was
+    /// measured.
     pub line_starts: Vec<usize>,
     /// Where these axes are.
     pub frame: Frame,
@@ -19,7 +20,7 @@ pub struct TracePositions {
 }
 
 impl From<Vec<[f64; 3]>> for TracePositions {
-    /// Positions at no known place, on a clock of their own.
+    /// Positions at unknown places, with their clock.
     fn from(position_m: Vec<[f64; 3]>) -> Self {
         Self {
             position_m,

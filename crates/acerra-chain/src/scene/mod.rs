@@ -21,7 +21,7 @@ use crate::read::name_of;
 use crate::scene::pixels::Pixels;
 use crate::scene::size::{bytes_text, fitting_pixel_m, millimetres};
 
-/// The image's rectangle and heights, as asked for.
+/// The image's rectangle and heights, as stated.
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
     /// First and last pixel centre to the east (m); by default the flight's surroundings.
@@ -37,11 +37,11 @@ pub struct SceneOptions {
     pub heights: SceneHeights,
     /// Height of the ground's level surface, where it is not the pixels' (m).
     pub surface_z_m: Option<f64>,
-    /// Whether the radar's own first echo places the surface of the ground.
+    /// Whether the radar's own first echo gives the surface of the ground.
     pub has_radar_surface: bool,
     /// Terrain of the ground, where the pixels are not on it.
     pub terrain: Option<TerrainSource>,
-    /// Origin of the frame of positions that state none of their own.
+    /// Origin of the frame for positions that state no origin.
     pub origin: Option<Geodetic>,
     /// Propagation speed (m/s).
     pub light_speed_m_s: f64,
@@ -77,7 +77,7 @@ pub struct TerrainSource {
     pub crs: Option<String>,
     /// Added to its heights to have heights above the ellipsoid (m).
     pub geoid_height_m: f64,
-    /// Grid of the geoid, whose height is added where the file says that its heights count from the sea.
+    /// Grid of the geoid, whose height is added where the file states heights above the sea.
     pub geoid: Option<PathBuf>,
 }
 
@@ -85,7 +85,7 @@ pub struct TerrainSource {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// A rectangle that makes no grid, or one that cannot be held.
+    /// A rectangle that makes no grid, or a grid too large for memory.
     #[error("[image]: {0}")]
     Grid(ImagingError),
     /// Far more pixels than memory holds.
@@ -262,11 +262,11 @@ pub struct Scene {
     pub ground: Ground,
     /// Propagation speed (m/s).
     pub light_speed_m_s: f64,
-    /// What is still to be found from the data.
+    /// Quantities still to be found from the data.
     pub open: OpenChoices,
 }
 
-/// What of a scene is to be found from the data.
+/// Quantities of a scene that are found from the data.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenChoices {
     /// The height of the ground.
@@ -281,8 +281,8 @@ pub struct OpenChoices {
     pub pixel_m: f64,
 }
 
-/// How far beside the track an image reaches whose data are kept without a bound: as far as the
-/// flight is high.
+/// Distance to the side of the track that an image reaches whose data are kept without a bound: the height of
+/// the flight.
 const OPEN_SWATH_HEIGHTS: f64 = 1.0;
 
 impl Scene {
@@ -377,7 +377,7 @@ impl Scene {
         }
     }
 
-    /// The plane, the volume or the terrain asked for, in the frame of the positions.
+    /// The plane, the volume or the terrain of the campaign, in the frame of the positions.
     ///
     /// # Errors
     /// Terrain that cannot be read, or does not reach under the whole image; the message names the
@@ -421,7 +421,7 @@ impl Scene {
 }
 
 impl SceneOptions {
-    /// The columns and rows asked for; none where they are left to the flight.
+    /// The columns and rows stated; none where they are left to the flight.
     ///
     /// # Errors
     /// More than memory holds, with the bytes it would need.
@@ -451,7 +451,7 @@ impl SceneOptions {
         }
     }
 
-    /// What the data are to determine.
+    /// Quantities that the data determine.
     fn open(&self, positions: &[&Positions]) -> Result<OpenChoices, SceneError> {
         let sides = [self.x_m.is_none(), self.y_m.is_none()];
         let is_plane = matches!(self.heights, SceneHeights::Plane(_) | SceneHeights::Ground);
@@ -468,8 +468,7 @@ impl SceneOptions {
         })
     }
 
-    /// The columns and rows asked for; where they are left to the flight, coarse ones under all of
-    /// it.
+    /// The columns and rows stated; where they are left to the flight, coarse ones under all of it.
     fn grid_over(&self, positions: &[&Positions]) -> Result<PlaneGrid, SceneError> {
         if let Some(grid) = self.grid()? {
             return Ok(grid);
@@ -483,7 +482,7 @@ impl SceneOptions {
         PlaneGrid::from_ranges(x_m, y_m, self.base_z_m(), coarse_m).map_err(SceneError::Grid)
     }
 
-    /// The slices asked for, where a volume is.
+    /// The slices stated, for a volume.
     ///
     /// # Errors
     /// Heights that make no volume.
@@ -547,8 +546,8 @@ impl TerrainSource {
         }
         if self.geoid.is_some() && file.vertical().is_none() {
             warnings.add(format!(
-                "{} does not say what its heights count from: the geoid is not added to them; state \
-                 [image] geoid_height_m instead of geoid if they count from the sea",
+                "{} does not state what its heights count from: the geoid is not added to the heights; \
+                 state [image] geoid_height_m instead of geoid if they count from the sea",
                 name_of(&self.path)
             ));
         }

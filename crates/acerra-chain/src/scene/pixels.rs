@@ -69,14 +69,14 @@ impl Pixels {
         }
     }
 
-    /// A height for what takes only one, m.
+    /// A height for uses of a single height, m.
     #[must_use]
     pub fn middle_m(&self) -> f64 {
         let [low, high] = self.span_m();
         0.5 * (low + high)
     }
 
-    /// Where the pixels are, in words.
+    /// Places of the pixels, in words.
     #[must_use]
     pub fn describe(&self) -> String {
         let [low, high] = self.span_m();

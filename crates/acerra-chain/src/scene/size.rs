@@ -68,7 +68,7 @@ mod tests {
                     needed(fits_m) <= limit_bytes,
                     "{side_m} {pixel_m}: {fits_m}"
                 );
-                // Not coarser than it must be, and said in two digits.
+                // As fine as possible, rounded to two digits.
                 assert!(
                     4 * needed(fits_m) > limit_bytes,
                     "{side_m} {pixel_m}: {fits_m}"

@@ -19,16 +19,16 @@ const MOST_TRACES: usize = 300;
 const LEAST_AMPLITUDE: f64 = 0.25;
 /// Ratio of one permittivity that is tried to the one before.
 const RATIO: f64 = 1.1;
-/// Delays tried within half a resolution cell either way.
+/// Delays tried within half a resolution cell, to either side.
 const LAGS: i32 = 8;
 /// Places along each side of the image at which the clutter is measured.
 const CLUTTER_A_SIDE: usize = 24;
 /// Horizontal step of the search about a point, of the wavelength in the middle of the band.
 const STEP_WAVELENGTHS: f64 = 0.06;
-/// Probability that the strongest of all places of clutter is taken for a point.
+/// Probability that the strongest of all places of clutter exceeds the level of a point.
 const FALSE_ALARM: f64 = 0.01;
 
-/// What the echo of a buried point shows, were it a point.
+/// Parameters of the echo of a buried point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointEcho {
     /// Its place by the permittivities in force (m).
@@ -66,14 +66,14 @@ pub(crate) struct Distinct {
     share: f64,
 }
 
-/// Traces that see a point. They count alike: the clutter fades with distance as the echo does.
+/// Traces that see a point. All have equal weight: the clutter fades with distance as the echo does.
 struct Seen {
     traces: Vec<usize>,
 }
 
 impl Bench<'_> {
-    /// Fits the hyperbola of the echo about a place of the image; none where no echo there exceeds the clutter, or
-    /// where no permittivity from 1 to 100 makes its sum greatest.
+    /// Fits the hyperbola of the echo about a place of the image; none where no echo at the place exceeds the
+    /// clutter, or where no permittivity from 1 to 100 maximises the coherent sum.
     pub fn fit(&self, place_m: [f64; 3]) -> Result<Option<PointEcho>, ImagingError> {
         let Some(Distinct {
             seen,
@@ -369,13 +369,13 @@ struct Strongest {
     curvature_m: Option<f64>,
 }
 
-/// Steps to either side of the greatest power, and least share of that power, over which a parabola is laid: clutter
-/// ripples the powers, the more so the less they fall.
+/// Steps to either side of the greatest power, and least share of that power, over which a parabola is laid:
+/// clutter ripples the powers, more where the powers fall less.
 const HALF_WIDTH: usize = 3;
 const LEAST_POWER: f64 = 0.8;
 
-/// Maximum of a parabola by least squares through the powers about the greatest; none where they fall within fewer
-/// steps than it has on both sides.
+/// Maximum of a parabola by least squares through the powers about the greatest; none where the powers fall
+/// within fewer steps on either side than the parabola needs.
 fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
     let about = curve.get(top.checked_sub(HALF_WIDTH)?..=top + HALF_WIDTH)?;
     let [at, most] = curve[top];
@@ -399,7 +399,7 @@ fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
 struct Best {
     place_m: [f64; 3],
     power: f64,
-    /// By how much later than asked for, one way (m).
+    /// Excess delay over the requested delay, one way (m).
     later_m: f64,
     /// Wavelength in air by which its phase turns with the path (m).
     wavelength_m: f64,

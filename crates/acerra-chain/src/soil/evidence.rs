@@ -1,4 +1,4 @@
-//! What the image below the surface shows of the permittivity.
+//! Evidence on the permittivity from the image below the surface.
 
 use rayon::prelude::*;
 
@@ -15,8 +15,8 @@ use crate::prepare::Prepared;
 const TIMING_CELLS: f64 = 0.1;
 const UNSEEN_CELLS: f64 = 0.5;
 
-/// Likelihood of the permittivities by the buried points of an image; none of an image that is no volume below the
-/// surface, and where no point's echo exceeds the clutter.
+/// Likelihood of the permittivities by the buried points of an image; none for an image that is no volume
+/// below the surface, or where no point's echo exceeds the clutter.
 ///
 /// # Errors
 /// The caller asked to stop.
@@ -34,7 +34,7 @@ pub(crate) fn likelihood(
     let places = buried_points(focused, underground, &prepared.scene.ground, cell_m);
     let fitted = places.into_par_iter().map(|place_m| {
         control.check()?;
-        // A ground or place that cannot be imaged leaves nothing to compare.
+        // A ground or place that cannot be imaged gives no comparison.
         Ok(bench.fit(place_m).unwrap_or(None))
     });
     let points: Vec<Option<PointEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
@@ -43,7 +43,7 @@ pub(crate) fn likelihood(
     let heights_m = prepared.aligned.sigma_m.iter().map(|s| s[2]);
     let count = prepared.aligned.sigma_m.len().max(1) as f64;
     let common = CommonSigma {
-        // A surface by the radar's own echo is off by what the zero of fast time is.
+        // A surface by the radar's own echo has the error of the zero of fast time.
         height_m: match prepared.scene.open.surface {
             true => UNSEEN_CELLS * cell_m,
             false => heights_m.sum::<f64>() / count,
@@ -62,9 +62,9 @@ pub(crate) fn likelihood(
     .unwrap_or(None))
 }
 
-/// The echoes of a run, to be compared with hyperbolas, the one-way optical length of a resolution cell of the delay, and
-/// the two-way path by which the echo of the surface is later than its geometry, where one is seen (m); nothing of an
-/// image above ground.
+/// The echoes of a run, to be compared with hyperbolas, the one-way optical length of a resolution cell of
+/// the delay, and the two-way path by which the echo of the surface is later than its geometry, where one is
+/// seen (m); none for an image above ground.
 pub(crate) fn bench<'a>(
     prepared: &'a Prepared,
     focused: &'a Focused,
@@ -91,7 +91,7 @@ pub(crate) fn bench<'a>(
     Some((bench, cell_m, excess_path_m))
 }
 
-/// Whether the echo of a target exceeds the clutter at its depth by more than chance; true of images above ground.
+/// Whether the echo of a target exceeds the clutter at its depth significantly; true of images above ground.
 pub(crate) fn is_distinct(prepared: &Prepared, focused: &Focused, place_m: [f64; 3]) -> bool {
     let Some((bench, ..)) = bench(prepared, focused) else {
         return true;
@@ -100,8 +100,9 @@ pub(crate) fn is_distinct(prepared: &Prepared, focused: &Focused, place_m: [f64;
     bench.distinct(place_m).is_ok_and(|found| found.is_some())
 }
 
-/// Points without those that are the echo from one by way of another, of points that come strongest first: midway
-/// between both, and later than their mean by half of their distance in the soil, to a cell of the delay.
+/// Points without those that are the echo from one point by way of another. The points come strongest first;
+/// such an echo lies midway between both points, and its delay exceeds their mean by half of their distance
+/// in the soil, to a cell of the delay.
 fn without_double_echoes(points: Vec<PointEcho>, index: f64, cell_m: f64) -> Vec<PointEcho> {
     let mut kept: Vec<PointEcho> = Vec::new();
     for point in points {

@@ -2,7 +2,8 @@
 
 use acerra_imaging::refraction::Ground;
 
-/// What a vertical leg into the ground adds: to the delay, and to the distance of the hyperbola's centre.
+/// Contribution of a vertical leg into the ground: to the delay, and to the distance of the hyperbola's
+/// centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Vertical {
     /// Optical length Σ n t (m).

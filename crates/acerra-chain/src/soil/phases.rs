@@ -7,10 +7,10 @@ use num_complex::Complex64;
 
 /// Parts of the aperture whose phases scatter each by itself.
 const PARTS: usize = 12;
-/// Parts as which the level of the clutter counts beside them.
+/// Number of parts that the level of the clutter counts as, in addition to the measured parts.
 const CLUTTER_PARTS: f64 = 3.0;
-/// Weight of the place as it was found, beside the phases, whose weights sum to one: half a wavelength against a
-/// twentieth.
+/// Weight of the place found from the image relative to the phases, whose weights sum to one: half a
+/// wavelength against a twentieth.
 const PLACE_WEIGHT: f64 = 0.01;
 
 /// A trace that is aligned to an echo.
@@ -21,13 +21,13 @@ pub(super) struct Phase {
     pub value: Complex64,
 }
 
-/// By how much more curved the hyperbola is than that along which the traces were aligned, and the deviation of that
-/// (m): a Newton step to the greatest power of their sum. Phases that are left are taken to be alike within each of
-/// some parts of the aperture, as those of clutter are.
+/// Difference of the hyperbola's curvature from that along which the traces were aligned, and the deviation
+/// of the difference (m): a Newton step to the greatest power of the traces' sum. Residual phases are assumed
+/// correlated within each of several parts of the aperture, as phases of clutter are.
 pub(super) fn regress(traces: &[Phase], wavelength_m: f64, clutter: f64) -> Option<[f64; 2]> {
     let total: Complex64 = traces.iter().map(|trace| trace.value).sum();
     let metres = -wavelength_m / TAU;
-    // A trace against the others, whose noise its own does not hold.
+    // A trace against the sum of the others, which is free of that trace's noise.
     let products: Vec<Complex64> = (traces.iter())
         .map(|trace| trace.value * (total - trace.value).conj())
         .collect();
@@ -38,13 +38,13 @@ pub(super) fn regress(traces: &[Phase], wavelength_m: f64, clutter: f64) -> Opti
         right += product.im / all * metres * trace.by;
         normal += product.re / all * trace.by * trace.by.transpose();
     }
-    // Along a straight track nothing is known of the place across.
+    // Along a straight track the place across is undetermined.
     for axis in [1, 2] {
         normal[(axis, axis)] += PLACE_WEIGHT;
     }
     let inverse = normal.try_inverse()?;
     let solution = inverse * right;
-    // The jackknife over the parts, to first order: what the solution is without each.
+    // The jackknife over the parts, to first order: the solution without each part.
     let a_part = traces.len().div_ceil(PARTS);
     let mut scatter = Matrix4::zeros();
     for (part, products) in traces.chunks(a_part).zip(products.chunks(a_part)) {
@@ -60,11 +60,12 @@ pub(super) fn regress(traces: &[Phase], wavelength_m: f64, clutter: f64) -> Opti
     }
     let parts = traces.len().div_ceil(a_part) as f64;
     let left = scatter[(3, 3)] * (parts - 1.0) / parts;
-    // Few parts may agree by chance: what clutter of this share of the power does to independent phases counts as some
-    // parts more. Between strong points that is too much, as their sidelobes are taken for clutter.
+    // Few parts may agree by chance: the effect of clutter of this share of the power on independent phases
+    // counts as some further parts. Between strong points this overestimates the scatter, as sidelobes count
+    // as clutter.
     let by_clutter = inverse[(3, 3)] * metres * metres * 0.5 * clutter;
     let variance = (parts * left + CLUTTER_PARTS * by_clutter) / (parts + CLUTTER_PARTS);
-    // Few parts, less the four unknowns, estimate their own scatter poorly (Student).
+    // Few parts, minus the four unknowns, estimate their own scatter poorly (Student).
     let freedom = (parts + CLUTTER_PARTS - 4.0).max(3.0);
     let variance = variance * freedom / (freedom - 2.0);
     variance.is_finite().then(|| [solution[3], variance.sqrt()])

@@ -9,17 +9,17 @@ use crate::scene::Ground;
 
 /// Points at most.
 const POINTS: usize = 6;
-/// Points weaker than this beside the strongest say little (dB).
+/// Points weaker than this relative to the strongest are left out (dB).
 const FLOOR_DB: f64 = -20.0;
 /// Local maxima looked through.
 const MAXIMA: usize = 200;
-/// Cells of depth, and of distance from a stronger one, from which a point is one of its own.
+/// Cells of depth, and of distance from a stronger point, from which a point is separate.
 const SHALLOW_CELLS: f64 = 2.0;
 const APART_CELLS: f64 = 4.0;
 
-/// Places of the strongest points of a volume deeper than residues of the surface's echo lie, apart from one another,
-/// strongest first (m). `cell_m` is the resolution cell of the range in air. Of a vertical section all maxima are looked
-/// at, of a volume those of its view from above.
+/// Places of the strongest points of a volume deeper than residues of the surface's echo lie, apart from one
+/// another, strongest first (m). `cell_m` is the resolution cell of the range in air. In a vertical section
+/// all maxima are used, in a volume the maxima of its view from above.
 pub(crate) fn buried_points(
     focused: &Focused,
     underground: &Underground,

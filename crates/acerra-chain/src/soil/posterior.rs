@@ -16,7 +16,7 @@ const RADIUS_SIGMA_M: f64 = 0.02;
 /// Ratio of one factor of the permittivities to the one before.
 const RATIO: f64 = 1.01;
 
-/// What is uncertain in common to all points of a flight.
+/// Errors common to all points of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CommonSigma {
     /// Standard deviation of the antennas' heights above the surface (m).
@@ -73,7 +73,7 @@ impl Likelihood {
         });
         let misfits = misfits.collect::<Result<Vec<[f64; 2]>, ImagingError>>()?;
         let least = misfits.iter().map(|m| m[1]).fold(f64::INFINITY, f64::min);
-        // Points that scatter by more than they should say as much less.
+        // Points that scatter more than their deviations get less weight accordingly.
         let freedom = points.len().saturating_sub(1).max(1) as f64;
         let excess = (least / freedom).max(1.0);
         let curve = misfits.iter().map(|[ln, chi2]| [*ln, -0.5 * chi2 / excess]);
@@ -106,7 +106,7 @@ impl Likelihood {
         })
     }
 
-    /// By how many standard deviations the permittivities in force are off.
+    /// Distance of the permittivities in force from the likeliest, in standard deviations.
     #[must_use]
     pub fn sigmas_in_force(&self) -> f64 {
         let in_force = (self.curve.iter()).min_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
@@ -140,7 +140,7 @@ impl Likelihood {
     }
 }
 
-/// What a point's hyperbola is off from that of a trial, with its deviations.
+/// Difference of a point's hyperbola from that of a trial, with its deviations.
 struct Residual {
     value: f64,
     own_sigma: f64,

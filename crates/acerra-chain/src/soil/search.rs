@@ -20,9 +20,9 @@ const ROUNDS: usize = 5;
 const SETTLED_SIGMAS: f64 = 0.25;
 
 impl Prepared {
-    /// Finds the permittivity of a ground that leaves it open: images of the pixels of the scene by one permittivity
-    /// after another, until that by which its points were found is the one that they agree on; from several starts,
-    /// which must end at one answer.
+    /// Finds the permittivity where the ground leaves it open: images the pixels of the scene by one
+    /// permittivity after another, until the points found in an image agree on the permittivity of that
+    /// image. Several starts must lead to one permittivity.
     ///
     /// # Errors
     /// An image that is no volume, no buried point that exceeds the clutter, points by which any permittivity might be,
@@ -84,7 +84,8 @@ impl Prepared {
     }
 }
 
-/// The answer of the most points among those of several starts, with their scatter about it; `refusal` of none.
+/// The permittivity with the most points among those of several starts, with their scatter about it;
+/// `refusal` without any.
 ///
 /// # Errors
 /// Two answers further from each other than their deviations explain.

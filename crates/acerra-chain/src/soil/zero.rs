@@ -8,17 +8,17 @@ use num_complex::Complex64;
 use crate::clean::surface_path_m;
 use crate::prepare::Prepared;
 
-/// How far from its geometry the echo of the surface is looked for, in resolution cells, and at most as a share of its
-/// path.
+/// Largest distance of the surface's echo from its geometry in the search, in resolution cells and as a share
+/// of its path.
 const REACH_CELLS: f64 = 4.0;
 const REACH_OF_PATH: f64 = 0.25;
 /// Steps of the search in a cell.
 const STEPS_A_CELL: f64 = 16.0;
-/// Power of that echo over the median within the search from which it is believed.
+/// Least power of that echo over the median within the search.
 const LEAST_RATIO: f64 = 4.0;
 
-/// Two-way path by which the echo of the surface comes later than its geometry says (m): what the zero of fast time is
-/// off, and the length of the pulse. None where no log holds traces or no such echo is seen.
+/// Two-way path by which the echo of the surface comes later than its geometry (m): the error of the zero of
+/// fast time, and the length of the pulse. None where no log holds traces or no such echo is seen.
 pub(crate) fn excess_path_m(prepared: &Prepared) -> Option<f64> {
     let aligned = &prepared.aligned;
     let frequency_hz = &prepared.spectrum.frequency_hz;

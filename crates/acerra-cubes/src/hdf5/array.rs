@@ -47,7 +47,7 @@ impl Place {
         }
     }
 
-    /// Says in an object's header where its values are.
+    /// Writes the place of an object's values to its header.
     pub(super) fn describe(&self, messages: &mut Messages) {
         match self {
             Self::Contiguous { address, bytes } => messages.contiguous(*address, *bytes),
@@ -190,7 +190,7 @@ impl Key {
         }
     }
 
-    /// The key after that of the last chunk: one chunk on in every dimension.
+    /// The key after that of the last chunk: one chunk further in every dimension.
     fn beyond(&self, chunk: &[usize]) -> Self {
         let offset = self.offset.iter().zip(chunk).map(|(o, n)| o + *n as u64);
         Self {

@@ -128,7 +128,7 @@ impl<W: Write + Seek> Hdf5File<W> {
         Ok(())
     }
 
-    /// Writes what the arrays and the file are: it is complete.
+    /// Writes the descriptions of the arrays and the file, which completes it.
     ///
     /// # Errors
     /// A file that cannot be written.

@@ -41,7 +41,7 @@ impl Heap {
         }
     }
 
-    /// Replaces what is held by something as long.
+    /// Replaces the content by one of equal length.
     pub(super) fn replace(&mut self, held: Held, bytes: Vec<u8>) {
         self.collections[held.collection][held.object as usize - 1] = bytes;
     }
@@ -76,7 +76,7 @@ fn padded(bytes: usize) -> usize {
 
 fn collection_bytes(objects: &[Vec<u8>]) -> usize {
     let held: usize = objects.iter().map(|o| 16 + padded(o.len())).sum();
-    // Header before, the free space's own header behind.
+    // Header before, header of the free space after.
     (16 + held + 16).max(LEAST_BYTES)
 }
 

@@ -33,7 +33,7 @@ impl Messages {
         out
     }
 
-    /// The lengths of an array, none of them for a single value.
+    /// The lengths of an array; empty for a single value.
     pub(super) fn dataspace(&mut self, shape: &[usize]) {
         self.add(0x01, &dataspace(shape));
     }
@@ -43,7 +43,7 @@ impl Messages {
         self.add(0x03, datatype);
     }
 
-    /// Zeros where nothing was written.
+    /// Zeros where no value was written.
     pub(super) fn fill_with_zeros(&mut self) {
         self.add(0x05, &[3, 0x0a]);
     }
@@ -100,7 +100,7 @@ impl Messages {
         self.attribute(name, &datatype, &[], &data);
     }
 
-    /// What makes a group, whose links keep their order.
+    /// Messages of a group whose links keep their order.
     pub(super) fn group(&mut self, links: usize) {
         // The order of creation is tracked; all links are stored in the header.
         let mut body = vec![0, 1];

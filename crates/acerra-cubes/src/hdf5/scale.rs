@@ -10,7 +10,7 @@ pub(super) struct Scale {
     pub name: String,
     /// Number of its dimension.
     pub number: usize,
-    /// Addresses of the arrays attached to it, and which of their dimensions.
+    /// Addresses of the arrays attached to it, and their dimensions.
     pub attached: Vec<(u64, usize)>,
 }
 

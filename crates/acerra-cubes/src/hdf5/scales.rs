@@ -23,12 +23,12 @@ impl Scales {
                 .iter()
                 .position(|own| *own == Some(d))
                 .unwrap_or(0);
-            let told = if objects[object].is_bare {
+            let label = if objects[object].is_bare {
                 format!("This is a netCDF dimension but not a netCDF variable.{length:>11}")
             } else {
                 name.clone()
             };
-            (told, object)
+            (label, object)
         });
         let scale = scale.collect();
         let attached = objects

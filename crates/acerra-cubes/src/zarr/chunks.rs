@@ -1,4 +1,4 @@
-//! Arrays cut into chunks, each compressed into a file of its own.
+//! Arrays cut into chunks, each compressed into a separate file.
 
 use std::fs;
 use std::io::{self, Write};

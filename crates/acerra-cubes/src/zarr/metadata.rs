@@ -79,7 +79,7 @@ pub(super) fn attributes_json(attributes: &[(String, Attribute)]) -> Value {
     Value::Object(members.collect())
 }
 
-/// The group's document with the documents of its arrays in it.
+/// The group's document, with the documents of its arrays.
 pub(super) fn group_json(attributes: Value, arrays: Map<String, Value>) -> String {
     let group = json!({
         "zarr_format": 3,

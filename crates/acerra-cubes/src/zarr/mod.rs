@@ -30,7 +30,7 @@ pub fn write_zarr(folder: &Path, dataset: &Dataset<'_>) -> Result<(), CubeError>
     group.finish(&dataset.attributes)
 }
 
-/// A group being written. The metadata of its arrays are put into its own (consolidated), so that a
+/// A group being written. The metadata of its arrays are included in the group's (consolidated), so that a
 /// program needs no list of the directory.
 #[derive(Debug)]
 pub struct ZarrGroup {

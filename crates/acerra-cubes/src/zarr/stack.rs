@@ -8,7 +8,7 @@ use crate::cut::Cut;
 use crate::dataset::StackShape;
 use crate::error::CubeError;
 
-/// Writes the images of a stack, each into chunks of its own.
+/// Writes the images of a stack, each into separate chunks.
 #[derive(Debug)]
 pub struct StackWriter {
     name: String,

@@ -14,8 +14,8 @@ use crate::error::CubeError;
 /// Bytes of a complex value.
 const VALUE_BYTES: usize = 8;
 
-/// A complex array that is cut along its first dimension into tiles. Each is a chunk and a file of its
-/// own, which appears whole or not at all.
+/// A complex array that is cut along its first dimension into tiles. Each tile is a chunk in a separate file,
+/// which appears whole or not at all.
 ///
 /// ```
 /// use acerra_cubes::{TiledArray, Variable, ZarrGroup};
@@ -41,8 +41,8 @@ pub struct TiledArray {
 }
 
 impl TiledArray {
-    /// The array `name` of the group in the directory `group`: its shape, and how many of the first
-    /// dimension make a tile.
+    /// The array `name` of the group in the directory `group`: its shape, and the length of a tile along the
+    /// first dimension.
     #[must_use]
     pub fn of(group: &Path, name: &str, shape: &[usize], per_tile: usize) -> Self {
         Self {
@@ -67,7 +67,7 @@ impl TiledArray {
         self.length().div_ceil(self.per_tile)
     }
 
-    /// What tile `k` holds of the first dimension.
+    /// Indices of the first dimension in tile `k`.
     #[must_use]
     pub fn range(&self, k: usize) -> Range<usize> {
         let start = (k * self.per_tile).min(self.length());

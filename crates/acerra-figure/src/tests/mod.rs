@@ -1,4 +1,4 @@
-//! What the figures show, read back from their pixels.
+//! Tests of the figures, read back from their pixels.
 
 mod gallery;
 mod images;

@@ -1,4 +1,4 @@
-//! What line plots and maps show.
+//! Tests of line plots and maps.
 
 use super::*;
 

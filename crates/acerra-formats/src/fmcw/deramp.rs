@@ -1,11 +1,11 @@
 //! From beat signals to spectra.
 //!
-//! A chirp transmits f(t) = f₀ + S t. Mixed with what is sent, an echo of delay τ beats as
-//! e^{j2π(f₀τ + Sτt − Sτ²/2)} for t from τ on. The term in τ² (the *residual video phase*) and the late beginning both
-//! go when every beat frequency f is turned by e^{+jπf²/S}, which moves it f/S = τ earlier: what is left is
-//! e^{j2πf(t)τ}, and its conjugate the spectrum at f(t) in the convention of the neutral file. Beats are real or
-//! complex; of real ones the positive frequencies are kept. Source: Carrara, Goodman and Majewski, *Spotlight Synthetic
-//! Aperture Radar* (1995), section 10.
+//! A chirp transmits f(t) = f₀ + S t. Mixed with the transmitted signal, an echo of delay τ beats as
+//! e^{j2π(f₀τ + Sτt − Sτ²/2)} for t from τ on. The term in τ² (the *residual video phase*) and the late
+//! beginning both go when every beat frequency f is turned by e^{+jπf²/S}, which moves it f/S = τ earlier:
+//! the result is e^{j2πf(t)τ}, and its conjugate the spectrum at f(t) in the convention of the neutral file.
+//! Beats are real or complex; only positive frequencies of real ones are kept. Source: Carrara, Goodman and
+//! Majewski, *Spotlight Synthetic Aperture Radar* (1995), section 10.
 
 use num_complex::{Complex32, Complex64};
 use rustfft::FftPlanner;
@@ -19,7 +19,7 @@ pub struct Chirp {
     pub slope_hz_per_s: f64,
     /// Samples a second.
     pub sample_rate_hz: f64,
-    /// Whether the echo's phase lags in the beat, as where the mixer conjugates what is sent.
+    /// Whether the echo's phase lags in the beat, as where the mixer conjugates the transmitted signal.
     pub is_conjugate: bool,
 }
 
@@ -63,7 +63,7 @@ pub fn deramp(beat: &[Complex64], samples: usize, chirp: &Chirp) -> Vec<Complex3
     if samples == 0 {
         return Vec::new();
     }
-    // Twice the length, so that what is moved does not come back at the other end.
+    // Twice the length, so that moved beats do not wrap round.
     let n = (2 * samples).next_power_of_two();
     let mut planner = FftPlanner::new();
     let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));

@@ -3,7 +3,7 @@
 //! | file | read | holds |
 //! | --- | --- | --- |
 //! | NPZ | [`read_beat_npz`] | `beat` `[traces, samples]`, real or complex, with `start_frequency_hz`, `slope_hz_per_s`, `sample_rate_hz` |
-//! | TOML with raw samples of a DCA1000 | [`read_dca1000`] | `[fmcw]` with `file` and what the samples are |
+//! | TOML with raw samples of a DCA1000 | [`read_dca1000`] | `[fmcw]` with `file` and the layout of the samples |
 
 mod dca1000;
 mod deramp;

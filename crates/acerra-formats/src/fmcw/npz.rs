@@ -20,8 +20,8 @@ fn broken(error: NpzError) -> FormatError {
     FormatError::content(Place::Whole, "a readable NPZ archive", error)
 }
 
-/// Reads `beat` `[traces, samples]` with `start_frequency_hz`, `slope_hz_per_s` and `sample_rate_hz`, and `time_s`
-/// and `position_m` where they are there. `conjugate`, a number other than 0, says that phases of echoes lag.
+/// Reads `beat` `[traces, samples]` with `start_frequency_hz`, `slope_hz_per_s` and `sample_rate_hz`, and
+/// `time_s` and `position_m` if present. `conjugate`, a number other than 0, means that phases of echoes lag.
 ///
 /// # Errors
 /// An archive that is broken or lacks an array, arrays of another shape, more than `limits` admit.

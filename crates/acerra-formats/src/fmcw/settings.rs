@@ -1,4 +1,4 @@
-//! What raw samples do not say of themselves.
+//! Parameters that raw samples do not contain.
 
 use serde::Deserialize;
 

@@ -9,7 +9,7 @@ pub const TEXT_BYTES: usize = 3200;
 /// Bytes of the binary header.
 pub const BINARY_BYTES: usize = 400;
 
-/// What the binary header says.
+/// Content of the binary header.
 #[derive(Debug, Clone)]
 pub struct BinaryHeader {
     pub order: Order,
@@ -34,7 +34,8 @@ pub struct BinaryHeader {
 
 /// Order and sample format, where the bytes can be a binary header.
 fn recognise(binary: &[u8]) -> Option<(Order, SampleFormat)> {
-    // The constant of revision 2 says the order; before it, the code of the sample format is below 256.
+    // The constant of revision 2 gives the order; without it, the code of the sample format, which is below
+    // 256.
     const ORDER: [u8; 4] = [1, 2, 3, 4];
     let code = binary.get(24..26)?;
     let [big, little] = [[code[0], code[1]], [code[1], code[0]]].map(u16::from_be_bytes);
@@ -50,7 +51,7 @@ fn recognise(binary: &[u8]) -> Option<(Order, SampleFormat)> {
     big.or_else(|| SampleFormat::of(little).map(|f| (Order::Little, f)))
 }
 
-/// Whether a file's first 3,600 bytes are those of SEG-Y: a text of 40 lines and a binary header that makes sense.
+/// Whether a file's first 3,600 bytes are those of SEG-Y: a text of 40 lines and a valid binary header.
 #[must_use]
 pub fn is_segy(head: &[u8]) -> bool {
     let Some(binary) = head.get(TEXT_BYTES..TEXT_BYTES + BINARY_BYTES) else {
@@ -64,7 +65,7 @@ pub fn is_segy(head: &[u8]) -> bool {
         order,
     };
     let samples = fields.u16(20) > 0 || fields.i32(68) > 0;
-    // Text in ASCII or EBCDIC, blanks or nothing: no control characters but NUL and line ends.
+    // Text in ASCII or EBCDIC, or blanks: no control characters but NUL and line ends.
     let text = &head[..TEXT_BYTES];
     let odd = |b: &&u8| !matches!(**b, 0 | 9 | 10 | 13 | 0x25 | 0x20..=0x7e | 0x80..=0xff);
     let odd = text.iter().filter(odd).count();

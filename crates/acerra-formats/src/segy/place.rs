@@ -6,7 +6,7 @@ use crate::recording::Positions;
 /// A foot in metres.
 pub const FOOT_M: f64 = 0.3048;
 
-/// What headers say of places.
+/// Data of headers on places.
 pub struct Places {
     pub positions: Option<Positions>,
     pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
@@ -14,8 +14,8 @@ pub struct Places {
     pub refused: Option<String>,
 }
 
-/// Places of traces. Coordinates that are 0 in every trace say nothing; the middle of transmitter and receiver is used
-/// where both are there and differ, else whichever moves.
+/// Places of traces. Coordinates that are 0 in every trace are ignored; the middle of transmitter and
+/// receiver is used where both are present and differ, else whichever moves.
 pub fn places(headers: &[TraceHeader], is_feet: bool) -> Places {
     let nothing = |refused| Places {
         positions: None,

@@ -158,7 +158,8 @@ fn skip_to_traces(
     Ok(skipped)
 }
 
-/// Samples of a trace, and the bytes that were read to know it: the binary header says it, else the first trace.
+/// Samples of a trace, and the bytes read to determine them: from the binary header, else from the first
+/// trace.
 fn lengths(
     reader: &mut impl Read,
     binary: &BinaryHeader,
@@ -303,7 +304,7 @@ fn channel(
     channel.time_s = times(&own);
     let offset = own[0].offset.abs() * if binary.is_feet { FOOT_M } else { 1.0 };
     if offset > 0.0 && own.iter().all(|h| h.offset == own[0].offset) {
-        // Whole metres say nothing of antennas that are centimetres apart.
+        // Whole metres are too coarse for antennas that are centimetres apart.
         recording.fact("source_to_receiver", offset);
     }
     channel

@@ -64,9 +64,9 @@ impl SampleFormat {
         }
     }
 
-    /// Appends the samples of whole words. Unsigned numbers are taken as they are.
+    /// Appends the samples of whole words. Unsigned numbers are unchanged.
     pub fn decode(self, order: Order, bytes: &[u8], to: &mut Vec<f32>) {
-        /// The words of a slice in an order, through a conversion.
+        /// The words of a slice in a byte order, through a conversion.
         fn words<const N: usize>(
             order: Order,
             bytes: &[u8],

@@ -32,7 +32,7 @@ pub struct SegyTraces<'a> {
 /// the interval is written in double precision as well, in the standard's microseconds.
 ///
 /// # Errors
-/// Numbers that the format cannot hold (`InvalidInput`), and those of the stream.
+/// Numbers that the format cannot hold (`InvalidInput`), and errors of the stream.
 ///
 /// ```
 /// use acerra_formats::segy::{SegyTraces, read_segy, write_segy};
@@ -68,18 +68,18 @@ fn wrong(what: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, what)
 }
 
-/// Whole numbers that stand for the axis and the places of all traces.
+/// Whole numbers of the axis and the places of all traces.
 struct Scales {
-    /// Whether the integers of revision 1 do not say it all.
+    /// Whether the integers of revision 1 are insufficient.
     is_two: bool,
     /// Sample interval to the nearest picosecond.
     interval: u16,
     /// Samples in a trace; 0 where they are too many for the old field.
     samples: u16,
-    /// Delay of the first sample, and how many of its units are a nanosecond.
+    /// Delay of the first sample, and number of its units in a nanosecond.
     delay: i16,
     delay_scale: i16,
-    /// How many units of coordinates are a metre or a second of arc.
+    /// Number of units of coordinates in a metre or a second of arc.
     places_scale: i16,
 }
 

@@ -10,7 +10,7 @@ use crate::terrain::TerrainError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeoidError {
-    /// What is wrong with a named file.
+    /// Error of a named file.
     #[error("{}: {source}", path.display())]
     File {
         /// The file.

@@ -51,7 +51,7 @@ pub(super) fn grd(bytes: &[u8]) -> Result<GeoidGrid, GeoidError> {
     GeoidGrid::new(&layout, northwards(&heights, columns), FORMAT)
 }
 
-/// Whether a text begins with the edges and steps of such a grid, alone on their line.
+/// Whether a text begins with the edges and steps of such a grid, on one line.
 pub(super) fn begins(head: &[u8]) -> bool {
     let end = head.iter().position(|b| matches!(b, b'\n' | b'\r'));
     let Ok(line) = std::str::from_utf8(&head[..end.unwrap_or(head.len()).min(200)]) else {

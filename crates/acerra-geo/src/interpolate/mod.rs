@@ -1,4 +1,4 @@
-//! Positions at any time: between fixes, never silently across what is missing.
+//! Positions at any time, interpolated between fixes; gaps are flagged.
 //!
 //! # Which curve
 //! A multicopter is a heavy thing pushed by bounded forces: its acceleration is bounded and mostly
@@ -10,11 +10,11 @@
 //! [`Method::Linear`] follows each pair of fixes alone and is the choice for positions that jump.
 //!
 //! # Where the curve stops
-//! A spline carries a jump at one fix into its neighbours. It therefore runs over one *stretch* at
-//! a time: fixes without a gap between them, all of imaging grade or all not. A metre's jump at a
-//! float epoch leaves the fixed ones beside it untouched. Between stretches the line is straight
-//! and flagged. It is straight too, though not flagged, across a few frames that motion capture
-//! lost: slopes taken between noisy frames 3 ms apart say nothing about the next 20 ms.
+//! A spline carries a jump at one fix into its neighbours. It therefore runs over one *stretch* at a time:
+//! fixes without a gap between them, all of imaging grade or all not. A metre's jump at a float epoch leaves
+//! the neighbouring fixed epochs untouched. Between stretches interpolation is linear and flagged. It is
+//! linear too, though not flagged, across a few frames that motion capture lost: slopes between noisy frames
+//! 3 ms apart do not predict the next 20 ms.
 
 mod path;
 mod spline;
@@ -25,7 +25,7 @@ use crate::matrix::{Matrix3, Vector3, scale, subtract};
 use crate::trajectory::{Attitude, Fix, SolutionStatus, Trajectory};
 use spline::Spline;
 
-/// How many sample intervals a curve may span between two fixes: one lost epoch, not two.
+/// Largest number of sample intervals that a curve spans between two fixes: one lost epoch, not two.
 const INTERVALS_BRIDGED: f64 = 2.5;
 
 /// How positions between fixes are found.
@@ -87,14 +87,14 @@ pub struct InterpolationOptions {
 }
 
 impl InterpolationOptions {
-    /// The same with another curve.
+    /// This interpolator with another curve.
     #[must_use]
     pub const fn with_method(mut self, method: Method) -> Self {
         self.method = method;
         self
     }
 
-    /// The same with another longest time between fixes that is not a gap (s).
+    /// This interpolator with another longest time between fixes that is not a gap (s).
     #[must_use]
     pub const fn with_max_gap_s(mut self, max_gap_s: f64) -> Self {
         self.max_gap_s = Some(max_gap_s);
@@ -102,7 +102,7 @@ impl InterpolationOptions {
     }
 }
 
-/// What an interpolated position rests on.
+/// Source of an interpolated position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Flag {
     /// Between two fixes of imaging grade with no gap between them.
@@ -143,7 +143,7 @@ impl std::fmt::Display for Flag {
     }
 }
 
-/// A position at a time asked for.
+/// A position at a requested time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interpolated {
     /// The time (s after the trajectory's origin).
@@ -152,12 +152,12 @@ pub struct Interpolated {
     pub position_m: Vector3,
     /// Velocity (m/s): the slope of the curve; zero outside the trajectory.
     pub velocity_m_s: Vector3,
-    /// Covariance (m²), blended linearly from the fixes on both sides: what errors that change
-    /// slowly from fix to fix (as those of carrier-phase positions do) have in between.
+    /// Covariance (m²), blended linearly from the fixes on both sides: the covariance of errors that change
+    /// slowly from fix to fix, as those of carrier-phase positions do.
     pub covariance_m2: Option<Matrix3>,
-    /// Attitude between those of the fixes on both sides.
+    /// Attitude between the attitudes of the fixes on both sides.
     pub attitude: Option<Attitude>,
-    /// The same of the gimbal that carries the antenna.
+    /// Attitude of the gimbal that carries the antenna, likewise.
     pub gimbal: Option<Attitude>,
     /// The worse status of the fixes on both sides.
     pub status: SolutionStatus,
@@ -183,7 +183,7 @@ pub struct Span {
 /// How a whole series of outputs is covered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coverage {
-    /// All outputs, cut into runs of one flag.
+    /// All outputs, split into runs of one flag.
     pub spans: Vec<Span>,
     /// Longest time between fixes that was not taken as a gap (s).
     pub max_gap_s: f64,
@@ -218,9 +218,9 @@ impl std::fmt::Display for Coverage {
     }
 }
 
-/// The longest time between fixes (s) that is not a gap unless said otherwise: two and a half
-/// sample intervals, so that one lost epoch is bridged and two are not; and at least 50 ms, over
-/// which a drone's 5 m/s² moves it only 1.6 mm off a straight line.
+/// The default longest time between fixes (s) that is not a gap: two and a half sample intervals, so that one
+/// lost epoch is bridged and two are not; and at least 50 ms, over which a drone's 5 m/s² moves it only 1.6
+/// mm off a straight line.
 #[must_use]
 pub fn default_max_gap_s(trajectory: &Trajectory) -> f64 {
     trajectory
@@ -316,7 +316,7 @@ impl<'a> Interpolator<'a> {
             return held(a, Flag::AfterEnd);
         }
         if time_s == a.time_s {
-            // On a fix: its own quality, whatever its neighbours are.
+            // On a fix: the fix's own quality, whatever its neighbours are.
             let flag = if a.status.is_fixed() {
                 Flag::Ok
             } else {

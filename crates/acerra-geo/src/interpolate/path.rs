@@ -2,8 +2,8 @@
 
 use crate::matrix::{Vector3, distance};
 
-/// The length of path (m) that each of a series of positions stands for: half the way from the
-/// one before and half the way to the next.
+/// Path length (m) that each of a series of positions represents: half the way from the previous and half the
+/// way to the next.
 ///
 /// This is the trapezoidal weight that turns a sum over unevenly spaced traces into an integral
 /// along the track. The weights add up to the whole path.

@@ -20,7 +20,7 @@ impl Spline {
         let slope = |i: usize| {
             [0, 1, 2].map(|k| (fixes[i + 1].position_m[k] - fixes[i].position_m[k]) / step(i))
         };
-        // What the slopes change by at fix i, six times: the right-hand side.
+        // Six times the change of slope at fix i: the right-hand side.
         let bend = |i: usize| {
             let (before, after) = (slope(i - 1), slope(i));
             [0, 1, 2].map(|k| 6.0 * (after[k] - before[k]))
@@ -71,7 +71,7 @@ impl Spline {
         }
     }
 
-    /// How many fixes it runs through.
+    /// Number of fixes on it.
     pub fn len(&self) -> usize {
         self.acceleration_m_s2.len()
     }
@@ -99,7 +99,7 @@ impl Spline {
 mod tests {
     use super::*;
 
-    /// A cubic is its own not-a-knot spline, on any spacing.
+    /// A cubic is reproduced by a not-a-knot spline, on any spacing.
     #[test]
     fn cubics_are_reproduced_on_uneven_times() {
         let cubic = |t: f64| [t * t * t - 2.0 * t, 0.5 * t * t, -t * t * t + 7.0];

@@ -11,7 +11,7 @@ use crate::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
 pub(super) enum Stamp {
     /// An instant.
     Gps(GpsTime),
-    /// Seconds of the file's own clock.
+    /// Seconds of the file's clock.
     Seconds(f64),
 }
 
@@ -33,9 +33,9 @@ pub(super) struct Record {
     pub fix: Fix,
 }
 
-/// What the records' coordinates are.
+/// Frame of the records' coordinates.
 pub(super) enum Axes {
-    /// Earth-centred, Earth-fixed; the frame's origin when none is asked for.
+    /// Earth-centred, Earth-fixed; by default the frame's origin.
     Ecef { reference_m: Option<Vector3> },
     /// East, north, up about a known or unknown place.
     Local(Frame),
@@ -44,7 +44,8 @@ pub(super) enum Axes {
 /// Steps of the last digit above this (m) err more by rounding than carrier phase does.
 const COARSE_M: f64 = 0.02;
 
-/// A covariance with the variances of rounding in it; one of rounding alone where none is stated and rounding is coarse.
+/// A covariance with the variances of rounding added; that of rounding alone where none is stated and
+/// rounding is coarse.
 fn rounded(covariance_m2: Option<Matrix3>, rounding_m2: Vector3) -> Option<Matrix3> {
     let coarse = rounding_m2.iter().any(|v| *v > COARSE_M * COARSE_M / 12.0);
     let mut m2 = covariance_m2.or(coarse.then_some([[0.0; 3]; 3]))?;
@@ -102,7 +103,7 @@ impl<'a> Assembler<'a> {
         self.report.skip(reason, line);
     }
 
-    /// The trajectory. `clock` is what second zero is where stamps are plain seconds.
+    /// The trajectory. `clock` is the meaning of second zero where stamps are plain seconds.
     pub fn finish(
         mut self,
         axes: &Axes,

@@ -78,7 +78,7 @@ pub(super) fn read<R: BufRead>(
             fix,
         })?;
     }
-    seen.tell(columns.as_ref(), &mut all)?;
+    seen.assess(columns.as_ref(), &mut all)?;
     let ecef = columns.as_ref().is_some_and(|c| !c.has(Role::Local(0)));
     let axes = match (ecef, stated.origin) {
         (true, _) => Axes::Ecef { reference_m: None },
@@ -91,7 +91,7 @@ pub(super) fn read<R: BufRead>(
     all.finish(&axes, clock, lines.count())
 }
 
-/// What the rows show together.
+/// Properties of all rows together.
 #[derive(Default)]
 struct Seen {
     header_line: u64,
@@ -101,7 +101,7 @@ struct Seen {
     whole_times: Option<Vec<f64>>,
     /// Dates and times of day with a finer clock in the same row.
     pairs: Vec<(GpsTime, f64)>,
-    /// Dates that do not say how far they are from UTC.
+    /// Dates without an offset from UTC.
     without_zone: u64,
     digits: [Digits; 3],
     latitude_deg: Option<f64>,
@@ -113,8 +113,8 @@ struct Seen {
 const STEP_OF_NO_SECONDS: f64 = 5.0;
 
 impl Seen {
-    /// Checks what needs all rows, and says what was assumed.
-    fn tell(
+    /// Checks properties of all rows, and lists assumptions.
+    fn assess(
         &mut self,
         columns: Option<&Columns>,
         all: &mut Assembler<'_>,
@@ -169,14 +169,14 @@ impl Seen {
         }
     }
 
-    /// Steps of the last digit (m); a frame of its own may hold a coordinate that is exactly the same throughout.
+    /// Steps of the last digit (m); in a local frame a coordinate may be exactly constant.
     fn steps_m(&self, columns: &Columns) -> Option<Vector3> {
         let scale = |role| {
             let column = columns.columns.iter().find(|c| c.role == role);
             column.map_or(1.0, |c| c.scale)
         };
         if let (Some(latitude_deg), Some((height, _))) = (self.latitude_deg, columns.height) {
-            // A few rows made by hand show nothing.
+            // A few rows made by hand do not show rounding.
             let moves = |axis: usize| self.digits[axis].step_of_many().is_some();
             if !moves(0) && !moves(1) {
                 return None;
@@ -417,7 +417,7 @@ impl Row<'_> {
         Err(self.line.malformed("a time", quoted(&self.line.text)))
     }
 
-    /// The reading of a clock in a column of its own, beside a date (s).
+    /// The reading of a clock in a separate column, next to a date (s).
     fn finer_s(&self) -> Option<f64> {
         [Role::Time, Role::Elapsed].into_iter().find_map(|role| {
             let (text, column) = self.cell(role)?;
@@ -548,7 +548,7 @@ mod tests {
                 "Elapsed,Date,Time,x,y,z\n578298,2018/10/09,12:22:11.500,0,0,0\n",
                 "2018/10/09 12:22:29.500000000",
             ),
-            // Counts since 1970 that can be nothing else than milli- or microseconds.
+            // Counts since 1970 that can only be milli- or microseconds.
             (
                 "timestamp,x,y,z\n1539087731500,0,0,0\n",
                 "2018/10/09 12:22:29.500000000",
@@ -638,7 +638,7 @@ mod tests {
         }
     }
 
-    /// AirData's columns: dates of whole seconds beside milliseconds, feet, two kinds of height.
+    /// AirData's columns: dates of whole seconds, milliseconds, feet, two kinds of height.
     #[test]
     fn whole_seconds_are_refined_by_the_clock_in_the_same_row() -> Result<(), ReadError> {
         let mut text = "time(millisecond),datetime(utc),latitude,longitude,\
@@ -703,7 +703,7 @@ mod tests {
         let open = "time_s,lat,lon,altitude\n0,40.9,14.2,60\n";
         let error = read(open, None).expect_err("open").to_string();
         assert!(
-            error.starts_with("line 1: column 'altitude' does not say"),
+            error.starts_with("line 1: column 'altitude' does not name"),
             "{error}"
         );
         assert!((height(open, Some(HeightDatum::Ellipsoid))? - 60.0).abs() < 1e-9);

@@ -11,7 +11,7 @@ pub(super) enum Role {
     DateTime,
     /// A date alone; [`Self::Time`] is the time of day then.
     Date,
-    /// Time since some start, for want of another.
+    /// Time since some start, if there is no other.
     Elapsed,
     GpsWeek,
     TimeOfWeek,
@@ -31,7 +31,7 @@ pub(super) enum Role {
     RtklibQ,
     NmeaQuality,
     Status,
-    /// A word of a logger for the kind of solution.
+    /// A logger's word for the kind of solution.
     StatusWord,
     Satellites,
     Age,
@@ -43,7 +43,7 @@ pub(super) enum Role {
 pub(super) struct Column {
     pub index: usize,
     pub role: Role,
-    /// What a number is multiplied with to be SI (degrees stay degrees).
+    /// Factor to SI units (degrees stay degrees).
     pub scale: f64,
     /// Whether the header names the unit.
     pub has_unit: bool,
@@ -54,10 +54,10 @@ pub(super) struct Column {
 pub(super) struct Columns {
     pub separator: Separator,
     pub columns: Vec<Column>,
-    /// The column of heights above the Earth, and what they are above.
+    /// The column of heights above the Earth, and their datum.
     pub height: Option<(Role, HeightDatum)>,
     pub unused: Vec<String>,
-    /// How many columns the header names.
+    /// Number of columns that the header names.
     pub width: usize,
 }
 
@@ -211,7 +211,7 @@ fn understood(name: &str) -> Option<(Role, f64, bool)> {
     if let Some(role) = role(&name) {
         return Some((role, 1.0, false));
     }
-    // The unit is what follows one of the underscores.
+    // The unit is the text after one of the underscores.
     name.match_indices('_').find_map(|(at, _)| {
         let role = role(&name[..at])?;
         Some((role, unit(&name[at + 1..], role)?, true))
@@ -253,7 +253,7 @@ impl Columns {
         }
     }
 
-    /// The name of the column of times, where it counts from a zero of its own and has no unit.
+    /// The name of the column of times, where they count from an unknown zero without a unit.
     pub fn clock_without_unit(&self, header: &str) -> Option<String> {
         let precise = [Role::GpsWeek, Role::GpstUnix, Role::Unix, Role::DateTime];
         if precise.into_iter().any(|role| self.has(role)) {

@@ -1,4 +1,4 @@
-//! What the heights of a table are above.
+//! Vertical datum of the heights of a table.
 
 use super::ReadError;
 
@@ -10,7 +10,7 @@ pub enum HeightDatum {
     Ellipsoid,
     /// The sea, or the geoid.
     Sea,
-    /// The place of take-off, whose own height is not known.
+    /// The place of take-off, whose height is unknown.
     TakeOff,
 }
 
@@ -27,13 +27,13 @@ impl HeightDatum {
     }
 }
 
-/// What the name of a column says of its heights.
+/// Datum by the name of a column of heights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Above {
     Stated(HeightDatum),
-    /// `height`, `h`: above the ellipsoid unless the caller says otherwise.
+    /// `height`, `h`: above the ellipsoid unless the caller states otherwise.
     Plain,
-    /// `altitude`: loggers mean one thing or another by it.
+    /// `altitude`: loggers differ in its meaning.
     Open,
 }
 
@@ -80,10 +80,10 @@ pub(super) fn above(name: &str) -> Option<Above> {
     })
 }
 
-/// Of the columns of heights, by index, the one to use and what it is above.
+/// The column of heights to use, by index, and its datum.
 ///
 /// # Errors
-/// Only columns that say nothing, or another datum than the caller.
+/// Only columns of unknown datum, or of another datum than the caller's.
 pub(super) fn choose(
     line: u64,
     columns: &[(Above, &str)],
@@ -101,7 +101,7 @@ pub(super) fn choose(
             return Err(ReadError::Header {
                 line,
                 problem: format!(
-                    "column '{name}' says what its heights are above, which is not what the settings say"
+                    "column '{name}' names a datum of its heights that differs from the settings"
                 ),
             });
         }

@@ -9,13 +9,13 @@ use crate::time::{Calendar, GpsTime};
 /// 1980-01-06 counted from 1970-01-01 (s).
 const GPS_EPOCH_FROM_1970_S: i64 = 315_964_800;
 
-/// Sizes of the units in which clocks count from 1970, and what a count of the years 1973 to 2103 is at least: the
-/// ranges of the units do not touch.
+/// Sizes of the units in which clocks count from 1970, and the least count of the years 1973 to 2103 in each:
+/// the ranges of the units do not overlap.
 const UNITS: [(f64, f64); 4] = [(1.0, 1e8), (1e-3, 1e11), (1e-6, 1e14), (1e-9, 1e17)];
 /// Range of such a count, largest to least.
 const YEARS: f64 = 42.0;
 
-/// The size of the unit (s) in which a number counts from 1970; none for one that does not.
+/// The size of the unit (s) in which a number counts from 1970; none for other numbers.
 fn unit_from_1970_s(value: f64) -> Option<f64> {
     UNITS
         .iter()
@@ -64,8 +64,8 @@ pub(super) fn of_1970(
     }))
 }
 
-/// A number of a clock that the header does not name: in milli-, micro- or nanoseconds since 1970 where it can be nothing
-/// else, else seconds of its own.
+/// A number of a clock that the header does not name: milli-, micro- or nanoseconds since 1970 where its size
+/// excludes other units, else seconds from an unknown zero.
 pub(super) fn of_a_clock(
     line: &Line<'_>,
     text: &str,
@@ -153,8 +153,8 @@ fn ahead_of_utc_s(text: &str) -> Option<f64> {
     (hours <= 15.0 && minutes < 60.0).then_some(sign * (3_600.0 * hours + 60.0 * minutes))
 }
 
-/// What links dates of whole seconds to a finer clock in the same rows: the instant of the finer clock's zero, and how
-/// well it is known (s). None where the dates are fine enough, or do not fit that clock.
+/// Relation of dates in whole seconds to a finer clock in the same rows: the instant of the finer clock's
+/// zero, and its uncertainty (s). None where the dates are fine enough, or do not fit that clock.
 pub(super) fn zero_of_finer(pairs: &[(GpsTime, f64)]) -> Option<(GpsTime, f64)> {
     let (first, _) = *pairs.first()?;
     let repeats = pairs
@@ -163,7 +163,7 @@ pub(super) fn zero_of_finer(pairs: &[(GpsTime, f64)]) -> Option<(GpsTime, f64)> 
     if !repeats {
         return None;
     }
-    // Dates are cut to whole seconds: each says that its instant lies within the second after it.
+    // Dates are cut to whole seconds: the instant lies within the second after the date.
     let zeros = || pairs.iter().map(|(date, fine_s)| (*date - first) - fine_s);
     let least = zeros().fold(f64::NEG_INFINITY, f64::max);
     let most = zeros().fold(f64::INFINITY, f64::min) + 1.0;

@@ -5,7 +5,7 @@ use crate::geodesy::WGS84_SEMI_MAJOR_AXIS_M;
 /// Changes of a number after which its trailing zeros are no longer chance.
 const ENOUGH_CHANGES: usize = 8;
 
-/// What is seen of the digits of one coordinate.
+/// Digits seen of one coordinate.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Digits {
     last: String,
@@ -48,7 +48,7 @@ impl Digits {
         Some(10f64.powi(-decimals))
     }
 
-    /// The step of numbers of which many differ: a column that is the same throughout may be exact.
+    /// The step of numbers of which many differ: a constant column may be exact.
     pub fn step_of_many(&self) -> Option<f64> {
         (self.changes >= ENOUGH_CHANGES)
             .then(|| self.step())
@@ -73,7 +73,7 @@ mod tests {
             texts.iter().for_each(|t| digits.take(t));
             digits
         };
-        // Many numbers: zeros at the end carry nothing.
+        // Many numbers: trailing zeros carry no information.
         let padded: Vec<String> = (0..20)
             .map(|k| format!("{:.1}00", 0.1 * f64::from(k)))
             .collect();

@@ -22,7 +22,7 @@ pub enum ReadError {
         /// How the file begins.
         found: String,
     },
-    /// A line does not have what its place calls for.
+    /// A line violates its format.
     #[error("line {line}: expected {expected}, found {found}")]
     Malformed {
         /// Where.
@@ -32,10 +32,10 @@ pub enum ReadError {
         /// What is there.
         found: String,
     },
-    /// The last line stops half way.
+    /// The last line is incomplete.
     #[error(
-        "line {line}: the file is cut off here: expected {expected}, found {found} and no end of \
-         line (remove that line to use what comes before it)"
+        "line {line}: the file is cut off here: expected {expected}, found {found} and no end of line \
+         (remove that line to use the lines before it)"
     )]
     CutOff {
         /// Where.
@@ -67,7 +67,7 @@ pub enum ReadError {
         /// What it may be.
         expected: &'static str,
     },
-    /// The header lacks something, or says two things.
+    /// The header lacks a column, or names one twice.
     #[error("line {line}: {problem}")]
     Header {
         /// Where.
@@ -75,10 +75,10 @@ pub enum ReadError {
         /// What is wrong with it.
         problem: String,
     },
-    /// A column of heights that does not say what they are above.
+    /// A column of heights without a datum.
     #[error(
-        "line {line}: column '{column}' does not say what its heights are above: state it, [trajectory] height_datum \
-         = \"ellipsoid\", \"sea\" or \"takeoff\""
+        "line {line}: column '{column}' does not name the datum of its heights: state it, [trajectory] \
+         height_datum = \"ellipsoid\", \"sea\" or \"takeoff\""
     )]
     HeightsOpen {
         /// The header's line.
@@ -86,7 +86,7 @@ pub enum ReadError {
         /// The column's name.
         column: String,
     },
-    /// A column of times that does not say its unit, and counts in steps that no flight's seconds have.
+    /// A column of times without a unit, whose steps cannot be seconds of a flight.
     #[error(
         "line {line}: column '{column}' counts whole numbers in steps of {step} and names no unit: name it \
          time_s or time_ms"
@@ -104,7 +104,7 @@ pub enum ReadError {
     NoPositions {
         /// The kind of file.
         format: TrajectoryFormat,
-        /// What was skipped instead, or nothing.
+        /// Data skipped instead, or empty.
         why: String,
     },
     /// Most records cannot be used.
@@ -116,7 +116,7 @@ pub enum ReadError {
         total: u64,
         /// The first unusable one.
         line: u64,
-        /// What is wrong with most of them.
+        /// Fault of most of them.
         reason: String,
     },
     /// More than one body, and none chosen.
@@ -125,7 +125,7 @@ pub enum ReadError {
         /// Their names.
         names: Vec<String>,
     },
-    /// The body asked for is not there.
+    /// The requested body is absent.
     #[error(
         "no rigid body or marker named '{wanted}'; there {}",
         if names.is_empty() { "is none".to_owned() } else { format!("are: {}", names.join(", ")) }
@@ -141,7 +141,7 @@ pub enum ReadError {
     Limit {
         /// Where.
         line: u64,
-        /// What there are too many of.
+        /// Kind of the excess.
         what: &'static str,
         /// The limit.
         limit: usize,

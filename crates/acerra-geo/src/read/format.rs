@@ -14,7 +14,7 @@ pub enum TrajectoryFormat {
     /// | --- | --- |
     /// | time | `time_s`, `time`, `t`, `timestamp`, `elapsed`; ISO 8601 text, also as `utc`, `datetime` or `date` with `time` (UTC unless it ends in an offset); `gps_week` with `tow_s`; `gpst_unix_s`; `unix_s` (UTC) |
     /// | position | `x y z`, `east north up`, `e n u`; `lat lon` (also `latitude`, `longitude`, `lng`) with a height; `ecef_x ecef_y ecef_z` |
-    /// | height | above the ellipsoid: `height`, `h`, `ellipsoidal_height`, `hae`; above the sea: `altitude_msl`, `altitude_above_sealevel`; above take-off: `height_above_takeoff`; `altitude` and `alt` say neither, [`ReadOptions::heights`](super::ReadOptions) does |
+    /// | height | above the ellipsoid: `height`, `h`, `ellipsoidal_height`, `hae`; above the sea: `altitude_msl`, `altitude_above_sealevel`; above take-off: `height_above_takeoff`; `altitude` and `alt` name no datum, [`ReadOptions::heights`](super::ReadOptions) does |
     /// | attitude | `roll pitch heading` (also `yaw`) in degrees: right side down, nose up, clockwise from north; or `qw qx qy qz` |
     /// | standard deviation | `sd_x`, `sdx`, `sigma_x`, `std_x`, … for the same axes; east, north, up for geodetic positions |
     /// | quality | `q` (RTKLIB), `nmea_quality`, `status` (word or RTKLIB's number) |

@@ -3,17 +3,17 @@
 //! | format | what is read |
 //! | --- | --- |
 //! | RTKLIB `.pos` | latitude/longitude/height in degrees or d-m-s, ECEF, E/N/U baseline; calendar or week and seconds; GPST, UTC, JST; any separator; with or without header |
-//! | CSV with a header | `time_s,x_m,y_m,z_m` and the many other names that mean the same, see [`csv columns`](TrajectoryFormat::Csv) |
+//! | CSV with a header | `time_s,x_m,y_m,z_m` and many synonyms, see [`csv columns`](TrajectoryFormat::Csv) |
 //! | NMEA 0183 | GGA, dated by RMC or ZDA, standard deviations by GST |
 //! | OptiTrack Motive export | 1.2x CSV; a rigid body (or marker), Y up turned to z up |
 //!
 //! Lines may end in LF, CR LF or CR.
 //!
-//! Positions end up in one local frame: about the origin asked for, else the base station that a
-//! `.pos` header states, else the first good position. GNSS times become GPS seconds of week.
+//! Positions are given in one local frame: about the requested origin, else the base station in the header of
+//! a `.pos` file, else the first good position. GNSS times become GPS seconds of week.
 //!
-//! Nothing is dropped in silence: what a reader skips is counted in its [`ReadReport`] with the
-//! reason and the first line it happened on; what cannot be meant is an error with its line.
+//! Skipped data are counted in the [`ReadReport`] with the reason and the first line; impossible data are an
+//! error with the line.
 
 mod assemble;
 mod csv;
@@ -44,15 +44,15 @@ use std::io::{BufRead, Cursor, Read};
 
 use crate::trajectory::Trajectory;
 
-/// How many bytes of a file [`sniff`] is shown.
+/// Number of bytes of a file for [`sniff`].
 pub const SNIFF_BYTES: usize = 64 * 1024;
 
 /// Reads a trajectory of any known format.
 ///
-/// The input is read once, front to back; memory is what the positions need.
+/// The input is read once, front to back, in the memory of its positions.
 ///
 /// # Errors
-/// [`ReadError`], with the line where there is one; the caller adds the path.
+/// [`ReadError`], with the line if there is one; the caller adds the path.
 ///
 /// ```
 /// use acerra_geo::read::{ReadOptions, TrajectoryFormat, read_trajectory};

@@ -1,7 +1,7 @@
 //! OptiTrack Motive's CSV export, format 1.2x.
 //!
-//! The rows of types, names and identities above the data may lack their labels or be blank
-//! altogether (format 1.22); [`motive_header`](super::motive_header) says how they are given then.
+//! The rows of types, names and identities above the data may lack their labels or be blank altogether
+//! (format 1.22); [`motive_header`](super::motive_header) describes these rows.
 //!
 //! Motive's world has Y up. It becomes x = X, y = −Z, z = Y, which keeps it right-handed and
 //! unmirrored; a quaternion (w; X, Y, Z) becomes (w; X, −Z, Y), so that a body aligned with the
@@ -275,7 +275,7 @@ mod tests {
                 [ReadWarning::UnnamedBody { columns: [3, 9] }]
             );
         }
-        // Two of them cannot be separated; positions alone may be a marker's.
+        // Two bodies cannot be separated; positions alone may be a marker's.
         let two = "X,Y,Z,W,X,Y,Z,X,Y,Z,W,X,Y,Z";
         let read = |axes| read_trajectory(text("", axes).as_bytes(), &ReadOptions::default());
         assert!(matches!(read(two), Err(ReadError::SeveralBodies { names }) if names.len() == 2));

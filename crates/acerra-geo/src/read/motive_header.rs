@@ -51,8 +51,8 @@ impl Header {
         found.map(|(_, v)| v.as_str())
     }
 
-    /// Takes in one of the rows between the first line and the row of axes, by its label or, where
-    /// that is blank, by what it holds.
+    /// Reads one of the rows between the first line and the row of axes, recognised by its label or, where
+    /// that is blank, by its content.
     pub fn add_row(&mut self, cells: &[&str]) {
         let owned = || cells.iter().map(|c| (*c).to_owned()).collect::<Vec<_>>();
         let holds = |words: &[&str]| cells.iter().skip(2).any(|cell| words.contains(cell));
@@ -63,7 +63,7 @@ impl Header {
             _ if holds(&PROPERTIES) => self.properties = owned(),
             _ if holds(&KINDS) && self.kinds.is_empty() => self.kinds = owned(),
             _ if cells.iter().all(|cell| cell.is_empty()) => {}
-            // Names follow types; identities, which nothing here needs, follow names.
+            // Names follow types; identities, which are not used, follow names.
             _ if !self.kinds.is_empty() && self.names.is_empty() && !self.identities_seen => {
                 self.names = owned();
             }

@@ -45,7 +45,7 @@ enum Sentence<'a> {
     Broken,
 }
 
-/// Takes apart what follows a `$`.
+/// Splits the text after a `$`.
 fn sentence(text: &str) -> Sentence<'_> {
     let text = text.trim_end();
     let (body, checked) = match text.split_once('*') {
@@ -171,7 +171,7 @@ impl Log {
             Sentence::WrongChecksum => return self.bad(line, SkipReason::Checksum, all),
             Sentence::Broken => return self.bad(line, SkipReason::Broken, all),
         };
-        // Proprietary sentences ($P…) have their own names and are not ours.
+        // Proprietary sentences ($P…) have separate names and are skipped.
         let name = if kind.len() == 5 { &kind[2..] } else { "" };
         let understood = match name {
             "GGA" => self.gga(line, &fields, all),
@@ -202,7 +202,7 @@ impl Log {
         Ok(())
     }
 
-    /// The position of GGA; none when a field is not what it must be.
+    /// The position of GGA; none when a field is invalid.
     fn gga(&mut self, line: &Line<'_>, f: &[&str], all: &mut Assembler<'_>) -> Option<()> {
         let quality: u32 = f.get(5)?.parse().ok()?;
         let status = status_of_quality(quality);
@@ -219,7 +219,7 @@ impl Log {
         Some(())
     }
 
-    /// What the two have alike, with the geoid's separation and the age of corrections.
+    /// The fields common to both, with the geoid's separation and the age of corrections.
     fn position(
         &mut self,
         line: &Line<'_>,
@@ -272,7 +272,7 @@ impl Log {
         Some(())
     }
 
-    /// The date of a fix; one without a date (before the first fix) says nothing.
+    /// The date of a fix; none without a date (before the first fix).
     fn rmc(&mut self, f: &[&str]) -> Option<()> {
         let date = f.get(8).copied().unwrap_or_default();
         if date.is_empty() || f.first()?.is_empty() {
@@ -302,7 +302,7 @@ impl Log {
         )
     }
 
-    /// A dated instant: dates also what was read before the first one.
+    /// A dated instant: also dates the sentences before the first one.
     fn date(&mut self, year: i32, month: u8, day: u8, of_day: f64) -> Option<()> {
         let midnight = Calendar::new(full_year(year), month, day, 0, 0, 0.0).ok()?;
         let dated_s = midnight.seconds_from_1970() as f64 + of_day;
@@ -566,7 +566,7 @@ mod tests {
         Ok(())
     }
 
-    /// GNS alone is read; beside GGA it is not, as it repeats the same positions.
+    /// GNS alone is read; with GGA present GNS is skipped, as it repeats the positions.
     #[test]
     fn positions_of_gns_where_there_is_no_gga() -> Result<(), ReadError> {
         let gns = |clock: &str, modes: &str| {
@@ -587,7 +587,7 @@ mod tests {
         Ok(())
     }
 
-    /// Four decimals of a minute and one of the height: what the receiver measured is rounded away.
+    /// Four decimals of a minute and one of the height: rounding hides the measurement.
     #[test]
     fn coarse_digits_are_told_and_become_deviations() -> Result<(), ReadError> {
         let text: String = (0..20)

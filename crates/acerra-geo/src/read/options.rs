@@ -18,10 +18,10 @@ pub struct ReadOptions {
     pub rigid_body: Option<String>,
     /// The format, when it is known; none: recognised from content.
     pub format: Option<TrajectoryFormat>,
-    /// What the heights of a table are above, where its header does not say.
+    /// Vertical datum of the heights of a table, where its header states none.
     pub heights: Option<HeightDatum>,
-    /// Raises heights above the sea to the ellipsoid; without it they are taken as above the ellipsoid, and a warning
-    /// says so.
+    /// Raises heights above the sea to the ellipsoid; without a geoid these heights count as above the
+    /// ellipsoid, with a warning.
     pub geoid: Option<Arc<GeoidGrid>>,
     /// Most positions accepted.
     pub max_fixes: usize,
@@ -44,7 +44,7 @@ impl Default for ReadOptions {
 }
 
 impl ReadOptions {
-    /// The same with an origin of the local frame.
+    /// These options with an origin of the local frame.
     #[must_use]
     pub fn with_origin(mut self, origin: Geodetic) -> Self {
         self.origin = Some(origin);
@@ -61,7 +61,7 @@ impl ReadOptions {
         })
     }
 
-    /// The same with the rigid body of that name.
+    /// These options with the rigid body of that name.
     #[must_use]
     pub fn with_rigid_body(mut self, name: impl Into<String>) -> Self {
         self.rigid_body = Some(name.into());

@@ -228,8 +228,8 @@ fn utc_shift(reading: GpsTime) -> f64 {
     GpsTime::from_utc(&reading.to_calendar()).map_or(0.0, |t| t - reading)
 }
 
-/// The position and what follows it. For positions on the Earth the result is in ECEF axes.
-/// The flag is false when standard deviations were there but unusable.
+/// The position and the columns after it. For positions on the Earth the result is in ECEF axes. The flag is
+/// false where standard deviations were present but unusable.
 fn fix(line: &Line<'_>, w: &[&str], layout: Layout) -> Result<(Fix, bool), ReadError> {
     let position_words = if layout == Layout::DegreesMinutesSeconds {
         7
@@ -493,7 +493,7 @@ mod tests {
             );
         }
         let (track, report) = read_text(&text)?;
-        // Six decimals of a degree: 0.111 m; zeros behind them carry nothing.
+        // Six decimals of a degree: 0.111 m; trailing zeros carry no information.
         let step = report.resolution_m.expect("digits");
         assert!(
             (step[1] - 0.1113).abs() < 1e-3 && (step[2] - 0.1).abs() < 1e-9,
@@ -518,7 +518,7 @@ mod tests {
 
     #[test]
     fn signed_roots_become_covariances_in_the_right_axes() -> Result<(), ReadError> {
-        // North 3 cm, east 1 cm, up 2 cm; the same in both layouts.
+        // North 3 cm, east 1 cm, up 2 cm; equal in both layouts.
         let llh = columns("GPST", "latitude(deg) longitude(deg) height(m)")
             + "2005/04/02 00:00:00.0 35.132057068 139.624306577 73.9077 1 7 0.03 0.01 0.02 -0.012 0.009 0.015\n";
         let enu = columns("GPST", "e-baseline(m) n-baseline(m) u-baseline(m)")

@@ -1,4 +1,4 @@
-//! What the comment lines of an RTKLIB solution say.
+//! Comment lines of an RTKLIB solution.
 
 use super::error::quoted;
 use super::lines::Line;
@@ -15,7 +15,7 @@ pub(super) enum Layout {
     Baseline,
 }
 
-/// In what scale times are written.
+/// Time scale of the times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scale {
     Gpst,
@@ -45,7 +45,7 @@ pub(super) fn words(text: &str) -> Vec<&str> {
     words
 }
 
-/// What is known from the header so far.
+/// Content of the header so far.
 #[derive(Debug, Default)]
 pub(super) struct Header {
     pub layout: Option<Layout>,
@@ -60,7 +60,7 @@ impl Header {
     pub fn take(&mut self, line: &Line<'_>, report: &mut ReadReport) -> Result<(), ReadError> {
         let text = line.text.trim_start_matches('%').trim();
         if let Some((key, value)) = text.split_once(':') {
-            // Entries are written as "name   : value"; dates and file names have colons of their own.
+            // Entries are written as "name   : value"; dates and file names contain colons too.
             let (key, value) = (key.trim(), value.trim());
             match key {
                 "ref pos" => self.base_m = base_position(line, value)?,

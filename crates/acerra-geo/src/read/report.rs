@@ -1,4 +1,4 @@
-//! What a reader found, skipped and assumed.
+//! Report of a reader: format, skipped data, assumptions.
 
 use super::TrajectoryFormat;
 
@@ -8,9 +8,9 @@ use super::TrajectoryFormat;
 pub enum SkipReason {
     /// The record is there, its position is empty (motion capture lost the body).
     EmptyPosition,
-    /// The receiver said that it had no position.
+    /// The receiver reported that it had no position.
     NoFix,
-    /// Time did not advance to it: repeated or out of order.
+    /// Its time did not advance: repeated or out of order.
     TimeNotAdvancing,
     /// A sentence whose checksum is wrong.
     Checksum,
@@ -48,24 +48,24 @@ pub struct Skipped {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ReadWarning {
-    /// The file says nothing about its columns or time scale.
+    /// The file states neither columns nor time scale.
     NoHeader,
     /// Heights are above the geoid, not above the ellipsoid.
     GeoidHeights,
-    /// Heights are above the place of take-off, whose own height is not known.
+    /// Heights are above the place of take-off, whose height is unknown.
     HeightsAboveTakeOff,
-    /// Dates and times of day that do not say how far they are from UTC were taken as UTC.
+    /// Dates and times of day without an offset from UTC were taken as UTC.
     TakenAsUtc,
-    /// Dates of whole seconds: a finer clock in the same rows was put to them.
+    /// Dates of whole seconds: a finer clock in the same rows was used with them.
     WholeSeconds {
-        /// How well its zero is known (s).
+        /// Uncertainty of its zero (s).
         within_s: f64,
     },
     /// Baselines from a base whose position the header does not state.
     BaseUnknown,
     /// Times of day without a date.
     NoDate,
-    /// Sentences without a checksum were taken at their word.
+    /// Sentences without a checksum were accepted.
     NoChecksum {
         /// How many.
         count: u64,
@@ -82,14 +82,14 @@ pub enum ReadWarning {
         /// What they are.
         kind: String,
     },
-    /// Standard deviations that are not numbers: covariance left unknown.
+    /// Standard deviations that are not numbers: the covariance is unknown.
     BadDeviations {
         /// How many records.
         count: u64,
         /// Line of the first.
         first_line: u64,
     },
-    /// The last digit of the positions is coarser than those of carrier phase.
+    /// The last digit of the positions is coarser than carrier-phase accuracy.
     Coarse {
         /// Its step east, north and up (m).
         step_m: [f64; 3],
@@ -118,7 +118,8 @@ impl std::fmt::Display for ReadWarning {
             }
             Self::WholeSeconds { within_s } => write!(
                 f,
-                "dates are of whole seconds: instants by the finer clock beside them, ± {within_s:.2} s"
+                "dates are of whole seconds: instants are by the finer clock in the same rows, ± \
+                 {within_s:.2} s"
             ),
             Self::BaseUnknown => f.write_str(
                 "baselines from a base of unknown position: the trajectory has no place on Earth",
@@ -142,8 +143,8 @@ impl std::fmt::Display for ReadWarning {
                 step_m: [east, north, up],
             } => write!(
                 f,
-                "positions are written in steps of {east:.3} m east, {north:.3} m north, {up:.3} m up \
-                 (more decimals in the receiver's or logger's output keep what it measured)"
+                "positions are written in steps of {east:.3} m east, {north:.3} m north, {up:.3} m up (more \
+                 decimals in the receiver's or logger's output keep its accuracy)"
             ),
             Self::LocalSpace => f.write_str("coordinate space is local, not global"),
             Self::UnnamedBody {
@@ -157,7 +158,7 @@ impl std::fmt::Display for ReadWarning {
     }
 }
 
-/// What a reader found, skipped and assumed.
+/// Report of a reader: format, skipped data, assumptions.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ReadReport {
@@ -171,15 +172,15 @@ pub struct ReadReport {
     pub skipped: Vec<Skipped>,
     /// The file ran backwards in time (a backward pass) and was turned round.
     pub reversed: bool,
-    /// The file gives coordinates in a frame of its own: which axes they are is its word alone, also
-    /// where an origin puts the frame on the Earth.
+    /// The file gives coordinates in a local frame whose axes nothing confirms, even where an origin places
+    /// the frame on the Earth.
     pub is_local: bool,
     /// Step of the last digit of the positions east, north and up (m), where the text shows it. Rounding adds
     /// step/√12 to their deviations, as it has been added where the file states any.
     pub resolution_m: Option<[f64; 3]>,
-    /// What to know before trusting it.
+    /// Remarks that a user needs before trusting it.
     pub warnings: Vec<ReadWarning>,
-    /// Header entries and choices worth showing: (name, value).
+    /// Header entries and choices to be shown: (name, value).
     pub about: Vec<(String, String)>,
     /// Columns of a table that were not used.
     pub unused_columns: Vec<String>,

@@ -1,4 +1,4 @@
-//! What kind of trajectory file something is, from how it begins.
+//! Kind of a trajectory file by its first bytes.
 
 use super::csv_columns::Columns;
 use super::error::quoted;
@@ -46,7 +46,7 @@ pub fn sniff(start: &[u8]) -> Option<TrajectoryFormat> {
     Columns::recognised(header).then_some(TrajectoryFormat::Csv)
 }
 
-/// The error for a file that no reader knows, with a guess at what it is.
+/// The error for a file that no reader recognises, with a guess at its kind.
 pub(super) fn unknown(start: &[u8]) -> ReadError {
     let found = if start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff") {
         "the mark of UTF-16 text: save it as UTF-8".to_owned()

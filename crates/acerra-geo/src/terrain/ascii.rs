@@ -77,7 +77,7 @@ pub(super) fn begins(start: &[u8]) -> bool {
     FIRST_KEYS.iter().any(|key| is(key))
 }
 
-/// A finite number, or NaN where the word says so.
+/// A finite number, or NaN where the word is the no-data value.
 fn number_or_nan(line: u64, word: &str) -> Result<f64, TerrainError> {
     if word.trim_start_matches('-').eq_ignore_ascii_case("nan") {
         return Ok(f64::NAN);

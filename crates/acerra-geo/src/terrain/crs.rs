@@ -5,7 +5,7 @@ use crate::epsg::EpsgCrs;
 use crate::geodesy::Geodetic;
 use crate::utm::utm_from_geodetic;
 
-/// What the first two coordinates of a raster are.
+/// Meaning of the first two coordinates of a raster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Crs {
@@ -21,7 +21,7 @@ pub enum Crs {
     },
     /// Another system of the EPSG registry whose datum is related to WGS84, by its code.
     Epsg(u16),
-    /// Metres east and north of the origin of the positions' own frame, heights in it.
+    /// Metres east and north of the origin of the positions' local frame, heights in that frame.
     Local,
 }
 
@@ -31,7 +31,7 @@ impl Crs {
     /// From its EPSG code.
     ///
     /// # Errors
-    /// One that is not known here.
+    /// A system that is not supported.
     ///
     /// ```
     /// use acerra_geo::terrain::Crs;
@@ -84,7 +84,7 @@ impl Crs {
     }
 }
 
-/// The way from places on the Earth to the coordinates of a system.
+/// Transformation from places on the Earth to the coordinates of a system.
 pub(super) enum Projection {
     Geographic,
     Utm { zone: u8, south: bool },

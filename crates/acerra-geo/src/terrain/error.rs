@@ -10,7 +10,7 @@ pub enum TerrainError {
     /// Nothing in it.
     #[error("the file is empty")]
     Empty,
-    /// The TIFF structure is broken, or uses what is not read.
+    /// The TIFF structure is damaged, or uses an unsupported feature.
     #[error("{at}: {source}")]
     Tiff {
         /// Which part of the file.
@@ -18,7 +18,7 @@ pub enum TerrainError {
         /// What is wrong with it.
         source: tiff::TiffError,
     },
-    /// A tag or GeoKey does not say what is needed.
+    /// A tag or GeoKey is invalid.
     #[error("{at}: expected {expected}, found {found}")]
     Tag {
         /// Which tag or key.
@@ -28,7 +28,7 @@ pub enum TerrainError {
         /// What it says.
         found: String,
     },
-    /// A line does not have what its place calls for. Lines count from 1.
+    /// A line violates its format. Lines count from 1.
     #[error("line {line}: expected {expected}, found {found}")]
     Line {
         /// Where.
@@ -39,7 +39,7 @@ pub enum TerrainError {
         found: String,
     },
     /// Points that are no grid.
-    #[error("line {line}: the point ({x}, {y}) stands on no grid of {step_x} × {step_y}")]
+    #[error("line {line}: the point ({x}, {y}) is on no grid of {step_x} × {step_y}")]
     NoGrid {
         /// The point's line, from 1.
         line: u64,
@@ -55,22 +55,22 @@ pub enum TerrainError {
     /// More than is taken.
     #[error("{what}: {found} are more than the {limit} that are taken")]
     Limit {
-        /// What there is too much of.
+        /// Kind of the excess.
         what: &'static str,
         /// How much.
         found: u128,
         /// How much is allowed.
         limit: u128,
     },
-    /// The coordinate reference system is not stated, or not one of those known.
+    /// The coordinate reference system is missing, or not supported.
     #[error("coordinates: expected {expected}, found {found}")]
     Crs {
         /// What can be used.
         expected: &'static str,
-        /// What the file or the caller says.
+        /// The statement of the file or the caller.
         found: String,
     },
-    /// The file beside a raster that names its coordinates.
+    /// The file next to a raster that names its coordinate reference system.
     #[error("{}: {cause}", path.display())]
     Beside {
         /// That file.
@@ -82,10 +82,7 @@ pub enum TerrainError {
     #[error("coordinates: {0}")]
     Epsg(#[from] crate::epsg::CrsError),
     /// Terrain on the Earth for positions in a frame of unknown place, or the other way round.
-    #[error(
-        "the terrain's coordinates are {terrain}, the positions' frame stands {frame}: \
-         {remedy}"
-    )]
+    #[error("the terrain's coordinates are {terrain}, the positions' frame is {frame}: {remedy}")]
     Frame {
         /// The terrain's coordinates.
         terrain: String,
@@ -94,7 +91,7 @@ pub enum TerrainError {
         /// What to do.
         remedy: &'static str,
     },
-    /// A place beside the raster.
+    /// A place outside the raster.
     #[error(
         "no height at x = {x_m:.2} m, y = {y_m:.2} m: it falls on column {column:.1}, row {row:.1} \
          of a raster of {columns} × {rows}"

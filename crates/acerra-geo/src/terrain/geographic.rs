@@ -7,7 +7,7 @@ use super::{TerrainError, geotiff};
 /// Most cells that are held: EGM2008 at one minute has 233 million.
 const MAX_CELLS: usize = 1 << 28;
 
-/// What PROJ's grids of a geoid's heights above the ellipsoid say that they are.
+/// Marks of PROJ's grids of a geoid's heights above the ellipsoid.
 const GEOID_TYPE: &str = "VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL";
 
 /// Heights of a raster whose rows and columns follow latitude and longitude.

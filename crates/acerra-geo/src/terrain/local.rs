@@ -8,14 +8,14 @@ use super::{Crs, TerrainError};
 use crate::geodesy::{EnuFrame, Geodetic, ecef_from_geodetic, geodetic_from_ecef};
 use crate::trajectory::Frame;
 
-/// Distance of the lattice's nodes, m: between them the way from the frame to the raster departs
+/// Distance of the lattice's nodes, m: between them the transformation from the frame to the raster departs
 /// from bilinear by s²/8R, 8 µm.
 const STEP_M: f64 = 20.0;
 /// Most nodes on a side.
 const MOST_NODES: usize = 1024;
 
-/// The way from the frame to the raster on a lattice of nodes: column, row, and what the frame's
-/// height has more than the raster's.
+/// The transformation from the frame to the raster on a lattice of nodes: column, row, and the frame's height
+/// less the raster's.
 #[derive(Debug, Clone)]
 pub(super) struct Lattice {
     origin_m: [f64; 2],
@@ -146,8 +146,7 @@ fn check_inside(
     })
 }
 
-/// The place on the Earth below (x, y) of a frame, and what the frame's height has more than the
-/// raster's there.
+/// The place on the Earth below (x, y) of a frame, and the frame's height less the raster's there.
 fn on_earth(frame: &EnuFrame, offset_m: f64, x: f64, y: f64) -> (Geodetic, f64) {
     // The frame's vertical is the ellipsoid's within 0.2 mrad a kilometre: the place is found at
     // the origin's height, and heights are carried over one to one.
@@ -185,11 +184,12 @@ impl LocalTerrain {
         }
     }
 
-    /// Height above the frame's own plane at (x, y), cubic between cells, with continuous slopes, m. Bilinear heights would
-    /// have kinks along the cells' edges, and miss ground that curves by 0.1/m by 12 mm in cells of a metre.
+    /// Height above the frame's plane at (x, y), cubic between cells, with continuous slopes, m. Bilinear
+    /// heights would have kinks along the cells' edges, and miss ground that curves by 0.1/m by 12 mm in
+    /// cells of a metre.
     ///
     /// # Errors
-    /// A place beside the raster, or where it holds no data.
+    /// A place outside the raster, or without data.
     pub fn height_m(&self, x_m: f64, y_m: f64) -> Result<f64, TerrainError> {
         let [column, row, above] = self.lattice.at(x_m, y_m);
         check_inside([column, row], [x_m, y_m], self.size)?;

@@ -30,7 +30,7 @@ pub use summary::HeightSummary;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct TerrainOptions {
-    /// What the coordinates are, where the file does not say; text grids never do and are
+    /// The coordinate reference system, where the file states none; text grids never do and are
     /// [`Crs::Local`] by default.
     pub crs: Option<Crs>,
     /// Added to the file's heights to have heights above the ellipsoid (m): the geoid's height
@@ -98,11 +98,11 @@ pub fn is_raster(head: &[u8]) -> bool {
 }
 
 impl TerrainFile<File> {
-    /// Opens a file by its path; beside a grid in text, well-known text of the same name that ends in `.prj` names the
-    /// coordinates.
+    /// Opens a file by its path; for a grid in text, well-known text of the same name that ends in `.prj`
+    /// names the coordinate reference system.
     ///
     /// # Errors
-    /// Those of [`open`](Self::open), and a `.prj` that names no system known here.
+    /// Errors of [`open`](Self::open), and a `.prj` with an unsupported system.
     pub fn open_path(path: &Path, options: &TerrainOptions) -> Result<Self, TerrainError> {
         let mut terrain = Self::open(File::open(path)?, options)?;
         if terrain.header.crs.is_none() && matches!(terrain.content, Content::Whole(_)) {
@@ -170,7 +170,7 @@ impl<R: Read + Seek> TerrainFile<R> {
         [self.header.columns, self.header.rows]
     }
 
-    /// What the coordinates are: what the file says, else what the options say.
+    /// The coordinate reference system: as the file states, else as the options state.
     ///
     /// # Errors
     /// Neither says, in a GeoTIFF.
@@ -186,7 +186,7 @@ impl<R: Read + Seek> TerrainFile<R> {
             })
     }
 
-    /// What the file says of the surface that its heights are above.
+    /// The file's statement on the surface that its heights count from.
     #[must_use]
     pub fn vertical(&self) -> Option<&str> {
         self.header.vertical.as_deref()

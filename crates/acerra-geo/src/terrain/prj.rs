@@ -1,4 +1,4 @@
-//! Coordinate reference systems in well-known text, as `.prj` files beside rasters hold them.
+//! Coordinate reference systems in well-known text, in `.prj` files next to rasters.
 
 use super::{Crs, TerrainError};
 
@@ -6,10 +6,11 @@ use super::{Crs, TerrainError};
 pub(super) const MAX_BYTES: u64 = 1 << 20;
 
 impl Crs {
-    /// From well-known text: by its own EPSG code, else by the name that Esri's programs give UTM zones and WGS84.
+    /// From well-known text: by its EPSG code, else by the name that Esri's programs give UTM zones and
+    /// WGS84.
     ///
     /// # Errors
-    /// Text that names no system, or one that is not known by its code or name.
+    /// Text that names no system, or an unsupported one.
     ///
     /// ```
     /// use acerra_geo::terrain::Crs;
@@ -54,7 +55,7 @@ impl Crs {
     }
 }
 
-/// The EPSG code of the outermost system: its own `AUTHORITY` or `ID`, no part's.
+/// The EPSG code of the outermost system: its own `AUTHORITY` or `ID`, not that of a part.
 fn own_code(inside: &str) -> Option<u32> {
     let mut depth = 0i32;
     let mut quoted = false;

@@ -1,8 +1,8 @@
-//! A height raster in its own coordinates.
+//! A height raster in its coordinate reference system.
 
 use super::{Crs, TerrainError};
 
-/// Column and row of a point from its coordinates: the inverse of the raster's own transformation.
+/// Column and row of a point from its coordinates: the inverse of the raster's transformation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Placement {
     /// Coordinates of the centre of cell (0, 0).
@@ -51,7 +51,7 @@ impl Placement {
     }
 }
 
-/// Where a raster is and what its heights mean, before any of them is read.
+/// Place of a raster and meaning of its heights, before any height is read.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Header {
     pub columns: usize,
@@ -59,7 +59,7 @@ pub(super) struct Header {
     pub placement: Placement,
     /// None where the file does not say.
     pub crs: Option<Crs>,
-    /// What the file says of its heights, for a remark.
+    /// The file's statement on its heights, for a remark.
     pub vertical: Option<String>,
 }
 
@@ -100,10 +100,10 @@ impl Window {
         })
     }
 
-    /// Height between four cells: cubic convolution (Keys 1981, a = −½) of those and the ones around them, with
-    /// continuous slopes. Beyond the last cell, and where one around them has no data, the slope continues. `None`
-    /// where one of the four that counts has no data. Column and row count from the first of the whole raster, and lie
-    /// within the window.
+    /// Height between four cells: cubic convolution (Keys 1981, a = −½) of these four and the surrounding
+    /// ones, with continuous slopes. Beyond the last cell, and where one around them has no data, the slope
+    /// continues. `None` where one of the four with a weight has no data. Column and row count from the first
+    /// of the whole raster, and lie within the window.
     pub fn height_m(&self, column: f64, row: f64) -> Option<f64> {
         let place = |at: f64, first: usize, count: usize| {
             let t = (at - first as f64).clamp(0.0, (count - 1) as f64);
@@ -123,7 +123,7 @@ impl Window {
         cubic((j, v), |j| cubic((i, u), |i| cell(i, j)))
     }
 
-    /// The same where all sixteen cells have data.
+    /// The height where all sixteen cells have data.
     fn amid_data(&self, (i, u): (i64, f64), (j, v): (i64, f64)) -> Option<f64> {
         let (first, row) = (usize::try_from(i - 1).ok()?, usize::try_from(j - 1).ok()?);
         if first + 4 > self.columns || row + 4 > self.rows {
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(w.height_m(3.0, 7.5), Some(2.0));
         assert_eq!(w.height_m(3.5, 7.5), None);
         assert!(Window::empty(0..3, 0..2, 5).is_err());
-        // A hole beside the four cells costs no more than the curvature there.
+        // A hole next to the four cells costs no more than the curvature there.
         let mut w = Window::empty(0..4, 0..1, 4).unwrap();
         w.height_m = vec![1.0, 2.0, 3.0, f32::NAN];
         assert_eq!(w.height_m(1.5, 0.0), Some(2.5));

@@ -1,4 +1,4 @@
-//! What a raster of heights holds, as a whole.
+//! Summary of a raster of heights.
 
 use std::io::{Read, Seek};
 
@@ -18,14 +18,14 @@ pub struct HeightSummary {
 }
 
 impl<R: Read + Seek> TerrainFile<R> {
-    /// The coordinates of the centres of the first and the last cell, in the raster's own system.
+    /// The coordinates of the centres of the first and the last cell, in the raster's system.
     #[must_use]
     pub fn corners(&self) -> [[f64; 2]; 2] {
         let last = [self.header.columns - 1, self.header.rows - 1].map(|k| k as f64);
         [[0.0; 2], last].map(|cell| self.header.placement.coordinates(cell))
     }
 
-    /// What GDAL's metadata says the grid is for (`TYPE`), in a GeoTIFF that has it.
+    /// Purpose of the grid by GDAL's metadata (`TYPE`), in a GeoTIFF that has it.
     #[must_use]
     pub fn grid_type(&self) -> Option<&str> {
         match &self.content {

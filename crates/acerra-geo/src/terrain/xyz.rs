@@ -120,8 +120,8 @@ pub(super) fn begins(start: &[u8]) -> bool {
     lines.peek().is_some() && lines.all(is_point)
 }
 
-/// Reads a whole grid. Columns apart by spaces, tabs, commas or semicolons; lines that begin with
-/// `#`, and a first line of words, are passed over.
+/// Reads a whole grid. Columns are separated by spaces, tabs, commas or semicolons; lines that begin with
+/// `#`, and a first line of words, are skipped.
 pub(super) fn read(reader: impl BufRead, limit: usize) -> Result<(Header, Window), TerrainError> {
     let mut lines = Words::new(reader);
     let mut points: Vec<[f64; 3]> = Vec::new();
@@ -179,7 +179,7 @@ pub(super) fn read(reader: impl BufRead, limit: usize) -> Result<(Header, Window
     for (k, [x, y, z]) in points.iter().enumerate() {
         let (Some(i), Some(j)) = (axes[0].index(*x), axes[1].index(*y)) else {
             return Err(TerrainError::NoGrid {
-                // Lines of comments may be between: at least so far down.
+                // Lines of comments may be between: the search continues over this number of lines.
                 line: line_of_first + k as u64,
                 x: *x,
                 y: *y,
@@ -216,7 +216,7 @@ impl Axis {
         values.sort_by(f64::total_cmp);
         let (start, end) = (values[0], values[values.len() - 1]);
         let size = start.abs().max(end.abs());
-        // Coordinates are printed to some decimals: nearer than this they are the same.
+        // Coordinates are printed to some decimals: distance below which two are equal.
         let same = (1e-9 * size).max((end - start) * 1e-7);
         let step = values
             .windows(2)

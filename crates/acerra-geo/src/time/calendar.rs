@@ -1,4 +1,4 @@
-//! Dates and clock readings, without a time scale of their own.
+//! Dates and clock readings, without a time scale.
 
 use super::TimeError;
 
@@ -181,7 +181,7 @@ impl Calendar {
     }
 }
 
-/// `yyyy/mm/dd hh:mm:ss.sss`; the precision asked for (`{:.1}`, default 3) gives the decimals.
+/// `yyyy/mm/dd hh:mm:ss.sss`; the format's precision (`{:.1}`, default 3) gives the decimals.
 ///
 /// The fraction is cut, not rounded: round before, with
 /// [`GpsTime::rounded`](super::GpsTime::rounded), so that the carry reaches the date.

@@ -125,16 +125,6 @@ impl GpsTime {
         Self::new(start.saturating_add(BDT_BEHIND_GPST_S), sow_s)
     }
 
-    /// BeiDou week and seconds of week.
-    #[must_use]
-    pub fn bdt_week_sow(self) -> (i64, f64) {
-        let bdt = Self {
-            seconds: self.seconds - BDT_BEHIND_GPST_S,
-            fraction: self.fraction,
-        };
-        (bdt.week() - BDT_WEEK_OFFSET, bdt.tow_s())
-    }
-
     /// From a date and clock reading in GPST.
     #[must_use]
     pub const fn from_calendar(calendar: &Calendar) -> Self {
@@ -236,8 +226,8 @@ impl GpsTime {
         self.seconds.saturating_sub(earlier.seconds) as f64 + (self.fraction - earlier.fraction)
     }
 
-    /// The instant to print with so many decimals: when the fraction would print as the next
-    /// second it is carried there, otherwise rounded.
+    /// The instant to print with a number of decimals: a fraction that would print as the next second is
+    /// carried, others are rounded.
     #[must_use]
     pub fn rounded(self, decimals: usize) -> Self {
         let units = 10f64.powi(decimals.min(12) as i32);
@@ -255,7 +245,7 @@ impl GpsTime {
         }
     }
 
-    /// `yyyy/mm/dd hh:mm:ss.sss` in GPST with so many decimals, carried where it must.
+    /// `yyyy/mm/dd hh:mm:ss.sss` in GPST with a number of decimals, carried where necessary.
     ///
     /// ```
     /// use acerra_geo::time::GpsTime;
@@ -268,13 +258,13 @@ impl GpsTime {
         format!("{:.decimals$}", self.rounded(decimals).to_calendar())
     }
 
-    /// `yyyy/mm/dd hh:mm:ss.sss` in UTC with so many decimals, carried where it must.
+    /// `yyyy/mm/dd hh:mm:ss.sss` in UTC with a number of decimals, carried where necessary.
     #[must_use]
     pub fn format_utc(self, decimals: usize) -> String {
         format!("{:.decimals$}", self.rounded(decimals).to_utc())
     }
 
-    /// `wwww ssssss.sss`: week and seconds of week with so many decimals, carried where it must.
+    /// `wwww ssssss.sss`: week and seconds of week with a number of decimals, carried where necessary.
     #[must_use]
     pub fn format_week_tow(self, decimals: usize) -> String {
         let t = self.rounded(decimals);
@@ -315,7 +305,7 @@ impl Sub for GpsTime {
     }
 }
 
-/// GPST, `yyyy/mm/dd hh:mm:ss.sss`; the precision asked for gives the decimals.
+/// GPST, `yyyy/mm/dd hh:mm:ss.sss`; the format's precision gives the decimals.
 impl std::fmt::Display for GpsTime {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.format_calendar(f.precision().unwrap_or(3)))
@@ -334,7 +324,6 @@ mod tests {
     fn weeks_of_gps_and_beidou() {
         let t = GpsTime::from_calendar(&at(2026, 11, 21, 0, 0, 0.0));
         assert_eq!((t.week(), t.tow_s()), (2445, 518_400.0));
-        assert_eq!(t.bdt_week_sow(), (1089, 518_386.0));
         assert_eq!(GpsTime::from_bdt_week_sow(1089, 518_386.0), t);
         assert_eq!(t.gpst_minus_utc_s(), 18);
         let t = GpsTime::from_week_tow(1400, 86_400.0);

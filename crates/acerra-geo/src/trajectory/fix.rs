@@ -3,7 +3,7 @@
 use super::{Attitude, SolutionStatus};
 use crate::matrix::{Matrix3, Vector3};
 
-/// One position at one time, with what is known of its quality.
+/// One position at one time, with data on its quality.
 ///
 /// Build it with [`Fix::new`] and set the fields that are known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,13 +12,13 @@ pub struct Fix {
     pub time_s: f64,
     /// East, north, up (m) in the trajectory's frame.
     pub position_m: Vector3,
-    /// Covariance of the position (m²) in the same axes, when known.
+    /// Covariance of the position (m²) in the axes of the position, if known.
     pub covariance_m2: Option<Matrix3>,
-    /// Velocity (m/s) in the same axes, when the source gives one.
+    /// Velocity (m/s) in these axes, if the source gives one.
     pub velocity_m_s: Option<Vector3>,
-    /// The rotation from the body's forward, left, up to the same axes, when known.
+    /// The rotation from the body's forward, left, up to these axes, if known.
     pub attitude: Option<Attitude>,
-    /// The same rotation of the gimbal that carries the antenna, when it has one and that is known.
+    /// The rotation of the gimbal that carries the antenna, if there is one and its attitude is known.
     pub gimbal: Option<Attitude>,
     /// Kind of solution.
     pub status: SolutionStatus,
@@ -31,7 +31,7 @@ pub struct Fix {
 }
 
 impl Fix {
-    /// A position of [`SolutionStatus::External`] with nothing else known.
+    /// A position of [`SolutionStatus::External`] without further data.
     #[must_use]
     pub const fn new(time_s: f64, position_m: Vector3) -> Self {
         Self {

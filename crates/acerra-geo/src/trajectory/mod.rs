@@ -14,7 +14,7 @@ use crate::matrix::{
 };
 use crate::time::GpsTime;
 
-/// What second zero of a trajectory is.
+/// Meaning of second zero of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum TimeOrigin {
@@ -22,7 +22,7 @@ pub enum TimeOrigin {
     Gps(GpsTime),
     /// Midnight UTC of a day that the file does not name (NMEA without a date).
     UtcMidnight,
-    /// A clock of its own: a motion-capture system's, or a computation's.
+    /// A clock without relation to GPS time: a motion-capture system's, or a computation's.
     Relative,
 }
 
@@ -37,7 +37,7 @@ impl TimeOrigin {
     }
 }
 
-/// What the axes of a trajectory are.
+/// Axes of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Frame {
@@ -216,7 +216,7 @@ impl Trajectory {
             })
     }
 
-    /// How many fixes have each status.
+    /// Number of fixes of each status.
     #[must_use]
     pub fn status_counts(&self) -> StatusCounts {
         self.fixes.iter().map(|fix| fix.status).collect()
@@ -246,8 +246,8 @@ impl Trajectory {
         )
     }
 
-    /// The same trajectory in another frame on the Earth: positions, velocities, covariances and
-    /// attitudes turned.
+    /// The trajectory in another frame on the Earth: positions, velocities, covariances and attitudes
+    /// rotated.
     ///
     /// # Errors
     /// [`TrajectoryError::NoPlace`] when this trajectory's frame has no place on the Earth.
@@ -324,11 +324,11 @@ mod tests {
             assert!((a.latitude_rad - b.latitude_rad).abs() < 1e-14);
             assert!((a.height_m - b.height_m).abs() < 1e-8);
         }
-        // Forward was east; it still points the way the velocity does.
+        // Forward was east; it still points along the velocity.
         let fix = moved.fixes()[0];
         let forward = fix.attitude.expect("attitude").rotate([1.0, 0.0, 0.0]);
         assert!(distance(forward, fix.velocity_m_s.expect("velocity")) < 1e-12);
-        // A gimbal that pointed a quarter turn to the left of it still does.
+        // A gimbal that pointed a quarter turn to the left of forward still does.
         let gimbal = fix.gimbal.expect("gimbal");
         assert!(
             (gimbal.angle_to(&fix.attitude.expect("attitude")) - 0.5 * std::f64::consts::PI).abs()

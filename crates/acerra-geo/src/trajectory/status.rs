@@ -1,4 +1,4 @@
-//! How good a position is said to be.
+//! Stated quality of a position.
 
 /// The kind of solution a position comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -16,8 +16,7 @@ pub enum SolutionStatus {
     Single,
     /// Precise point positioning.
     Ppp,
-    /// Not from GNSS: motion capture, simulation, a table without a quality column. Taken at its
-    /// word.
+    /// Not from GNSS: motion capture, simulation, a table without a quality column. Accepted as stated.
     External,
     /// A quality mark that no convention explains, or a receiver's dead reckoning.
     Unknown,
@@ -107,7 +106,7 @@ impl std::fmt::Display for SolutionStatus {
     }
 }
 
-/// How many positions have each status.
+/// Number of positions of each status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StatusCounts([usize; 8]);
 

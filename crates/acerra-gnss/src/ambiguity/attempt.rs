@@ -15,11 +15,11 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 /// Difference of costs (−2 ln of the likelihood ratio) from which one set of integers rules out
 /// another: odds of 400 to 1.
 pub(crate) const RULED_OUT_DIFFERENCE: f64 = 12.0;
-/// Ratio of costs needed besides.
+/// Least ratio of costs, in addition.
 const RULED_OUT_RATIO: f64 = 2.0;
 
-/// Pairs that must remain where every satellite is tried as the one that is off: with fewer, one
-/// of so many tries passes the ratio test by chance.
+/// Pairs that must remain where every satellite in turn is left out as faulty: with fewer, one of so many
+/// searches passes the ratio test by chance.
 const LEAST_TO_TRY_ALL: usize = 7;
 
 /// Ratios are reported up to here.
@@ -43,15 +43,15 @@ impl Pair {
     }
 }
 
-/// What ambiguity resolution at one epoch looks at.
+/// Inputs of ambiguity resolution at one epoch.
 pub(crate) struct Resolution<'a> {
     pub constellation: &'a Constellation,
     pub options: &'a PpkOptions,
     pub common: &'a [Common],
     pub rover: &'a [ZeroDifference],
-    /// Whether GLONASS and SBAS take part.
+    /// Whether GLONASS and SBAS are included.
     pub with_glonass: bool,
-    /// True variances over those of the model, for the success rate.
+    /// True variances over the model's, for the success rate.
     pub variance_factor: f64,
     /// Groups of signals whose phases may contradict the others'.
     pub suspects: SuspectGroups,
@@ -328,9 +328,8 @@ pub(crate) fn differences(state: &FilterState, pairs: &[Pair]) -> (Vec<f64>, DMa
     (float, q)
 }
 
-/// Whether another set of integers fits the float ambiguities so much better that `integers` are out of
-/// the question: by odds, and by the ratio of costs, which does not depend on how well the covariance is
-/// known.
+/// Whether another set of integers fits the float ambiguities so much better that `integers` are rejected: by
+/// odds, and by the ratio of costs, which does not depend on the accuracy of the covariance.
 pub(crate) fn is_ruled_out(state: &FilterState, pairs: &[Pair], integers: &[f64]) -> bool {
     if pairs.len() < 2 {
         return false;

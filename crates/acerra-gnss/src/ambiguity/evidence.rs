@@ -1,15 +1,15 @@
-//! Whether the phases of an epoch speak for one set of integers against all others.
+//! Whether the phases of an epoch support one set of integers against all others.
 //!
-//! The filter takes the errors of phases for noise that averages out and ambiguities for constants.
-//! Reflections last for minutes: of ten epochs in a row each says much the same, and integers that
-//! fit a reflection by chance would soon look far likelier than they are. Here the whole error of a
-//! phase counts as correlated: the ambiguities' covariance is never better than that of its mean.
+//! The filter models errors of phases as white noise and ambiguities as constants. Multipath lasts for
+//! minutes: ten epochs in a row hold nearly the same error, and integers that fit a reflection by chance
+//! would soon look far likelier than they are. Here the whole error of a phase counts as correlated: the
+//! ambiguities' covariance is never better than that of the mean of the correlated phases.
 //!
-//! Where all satellites fail the ratio test, a search without one or the other may pass it: because
-//! that one was off, or because one of so many searches passes by chance. Leaving a satellite out
-//! explains whatever its phase says away, and must be paid for: a phase that is off is rare (1 %), and
-//! where it is, any fraction of a cycle is as likely as any other, while noise is a quarter to a tenth of a
-//! cycle wide. −2 ln of the product of both is 12 to 14 for each satellite.
+//! Where all satellites fail the ratio test, a search without one satellite may pass it: because that
+//! satellite was faulty, or because one of many searches passes by chance. Leaving a satellite out removes
+//! its evidence and therefore adds a cost: a faulty phase is rare (1 %), and its fraction of a cycle is
+//! uniform, while noise is a quarter to a tenth of a cycle wide. −2 ln of the product of both probabilities
+//! is 12 to 14 for each satellite.
 
 use super::attempt::{Attempt, Pair, RULED_OUT_DIFFERENCE, differences, members};
 use super::lambda::integer_least_squares;
@@ -18,13 +18,13 @@ use crate::measurements::signal_group::SignalGroup;
 use crate::noise::calibration::PHASE_CORRELATION_S;
 use nalgebra::DMatrix;
 
-/// How many independent phases a mean over a time (s) is worth: the variance of a mean of a first-order
-/// Gauss–Markov process falls with the time over twice that of its correlation.
+/// Number of independent phases in a mean over a time (s): the variance of a mean of a first-order
+/// Gauss–Markov process falls with the time over twice its correlation time.
 pub(crate) fn independent_phases(lasted_s: f64) -> f64 {
     1.0 + lasted_s / (2.0 * PHASE_CORRELATION_S)
 }
 
-/// The float ambiguities, and how far their phases can be off for as long as it takes.
+/// The float ambiguities, and the largest error of their phases that lasts for minutes.
 pub(crate) struct Evidence<'a> {
     pub state: &'a FilterState,
     /// Variance (cycle²) of the phase of a satellite, by its index, and slot.
@@ -36,8 +36,8 @@ pub(crate) struct Evidence<'a> {
 }
 
 impl Evidence<'_> {
-    /// Whether the integers of `attempt` are as likely as required against the second-best set, and
-    /// against the set that fits best what `attempt` leaves out.
+    /// Whether the integers of `attempt` are as likely as required against the second-best set, and against
+    /// the set that fits best the satellites that `attempt` leaves out.
     pub(crate) fn supports(&self, attempt: &Attempt) -> bool {
         let (float, covariance) = self.differences(&attempt.pairs);
         let Ok(found) = integer_least_squares(&float, covariance.as_slice(), 2) else {
@@ -50,15 +50,15 @@ impl Evidence<'_> {
             && self.outweighs_left_out(attempt, found.costs[0])
     }
 
-    /// Cost of the best integers of `pairs`, with what of the phases lasts; `None` where there are none.
+    /// Cost of the best integers of `pairs`, with the lasting errors of phases; `None` without pairs.
     pub(crate) fn cost(&self, pairs: &[Pair]) -> Option<f64> {
         let (float, covariance) = self.differences(pairs);
         let found = integer_least_squares(&float, covariance.as_slice(), 1).ok()?;
         found.costs.first().copied()
     }
 
-    /// Whether the integers, of this cost, are those that fit all pairs best, or fit so much better
-    /// that this outweighs what was left out.
+    /// Whether the integers, of this cost, fit all pairs best, or fit so much better that this outweighs the
+    /// satellites left out.
     fn outweighs_left_out(&self, attempt: &Attempt, cost: f64) -> bool {
         let faults = faults(attempt, self.all);
         if faults == 0 {
@@ -81,7 +81,7 @@ impl Evidence<'_> {
             || found.costs[0] > cost + RULED_OUT_DIFFERENCE * faults as f64
     }
 
-    /// The float differences (cycles) and their covariance (cycle²) with what of the phases lasts.
+    /// The float differences (cycles) and their covariance (cycle²) with the lasting errors of phases.
     fn differences(&self, pairs: &[Pair]) -> (Vec<f64>, DMatrix<f64>) {
         let (float, mut covariance) = differences(self.state, pairs);
         let variance = |satellite, slot| (self.phase_variance_cycles2)(satellite, slot);
@@ -109,8 +109,8 @@ impl Evidence<'_> {
     }
 }
 
-/// How many faults must be assumed to explain what was left out: one for each satellite, and one for
-/// each group of signals that is left out as a whole.
+/// Number of faults that explain the satellites left out: one for each satellite, and one for each group of
+/// signals that is left out as a whole.
 fn faults(attempt: &Attempt, all: &[Pair]) -> usize {
     let used = members(&attempt.pairs);
     let groups: Vec<SignalGroup> = attempt.pairs.iter().map(Pair::signal_group).collect();

@@ -5,19 +5,19 @@ use crate::float::state::FilterState;
 use crate::measurements::signal_group::GROUPS;
 use crate::observations::satellite::System;
 
-/// Fewest ambiguities that must be the same for one fix to confirm another: a position takes three,
-/// so that three would agree with some place whatever they are; the fourth is the first to check.
+/// Fewest equal ambiguities by which one fix confirms another: a position is determined by three, so that any
+/// three integers agree with some place; the fourth is the first redundant one.
 const LEAST_SHARED: usize = 4;
-/// The same where both rest on one set of held integers: the float state, which knows nothing of
-/// them, has checked the set at every epoch, and only that it is still this set is in question.
+/// The fewest where both fixes rest on one set of held integers: the float state, which is independent of
+/// them, has tested the set at every epoch, so that only the identity of the set needs a test.
 const LEAST_SHARED_OF_HELD: usize = 3;
-/// The same between passes, which have nothing else in common.
+/// The fewest between passes, which have no held integers in common.
 const LEAST_SHARED_BETWEEN_PASSES: usize = 4;
 
 /// Differences of satellites that a position takes.
 const POSITION_DIRECTIONS: usize = 3;
 
-/// How many differences of integers two fixes share, of phases that did not slip in between.
+/// Number of differences of integers that two fixes share, of phases without a slip in between.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Continuity {
     /// Those that are the same.
@@ -52,7 +52,7 @@ pub(crate) struct FixedIntegers {
     pub certain: bool,
     /// Number of the set of held integers in force.
     pub generation: u32,
-    /// The same, of a fix that rests on them.
+    /// The integers of a fix that uses held integers.
     pub held: Option<u32>,
     pub float: FloatSolution,
 }
@@ -97,15 +97,16 @@ impl FixedIntegers {
         }
     }
 
-    /// Whether the phases of more satellites than a position takes check it. A second frequency of the
-    /// same satellites does not: any integers of four agree with some place.
+    /// Whether phases of more satellites than determine a position check the fix. A second frequency of the
+    /// same satellites does not: any integers of four satellites agree with some place.
     pub(crate) fn is_checked(&self) -> bool {
         self.directions > POSITION_DIRECTIONS
     }
 
-    /// Whether two satellites or more check it beyond those that a position takes. A single one is a single
-    /// check: where codes leave a volume of a few metres to the place, dozens of sets of integers have theirs
-    /// in it, and of those that are wrong every fifth or so fits one more phase to within its noise.
+    /// Whether two or more satellites check the fix beyond those that determine a position. A single
+    /// redundant satellite is a single check: where codes leave a volume of a few metres for the position,
+    /// dozens of sets of integers have a position within it, and about every fifth wrong set fits one more
+    /// phase to within its noise.
     pub(crate) fn is_checked_twice(&self) -> bool {
         self.directions > POSITION_DIRECTIONS + 1
     }
@@ -125,8 +126,8 @@ impl FixedIntegers {
             .or_else(|| reference().map(|k| (0.0, self.arcs[k][0])))
     }
 
-    /// Whether both fixes of one pass put the same integers to the satellites that they share and
-    /// that did not slip in between.
+    /// Whether both fixes of one pass have the same integers for the satellites that they share and that did
+    /// not slip in between.
     pub(crate) fn same_as(&self, other: &Self) -> bool {
         let least = match (self.held, other.held) {
             (Some(a), Some(b)) if a == b => LEAST_SHARED_OF_HELD,
@@ -147,8 +148,8 @@ impl FixedIntegers {
         shared.is_some_and(|n| n >= LEAST_SHARED_BETWEEN_PASSES)
     }
 
-    /// How the integers of phases that did not slip between two fixes compare: fixes of one pass,
-    /// or of passes `at_one_epoch`.
+    /// Comparison of the integers of phases without a slip between two fixes: fixes of one pass, or of passes
+    /// `at_one_epoch`.
     pub(crate) fn continuity(&self, other: &Self, at_one_epoch: bool) -> Continuity {
         let mut found = Continuity::default();
         let of_signals = |a: &Pair, b: &Pair| (a.slot, a.group) == (b.slot, b.group);
@@ -192,8 +193,8 @@ impl FixedIntegers {
         Some((self.integers[own], self.slips[own][1]))
     }
 
-    /// How many integers both have in common; `None` where one differs. `of_same_arcs` leaves out
-    /// satellites that slipped in between.
+    /// Number of integers in common; `None` where one differs. `of_same_arcs` leaves out satellites that
+    /// slipped in between.
     fn shared_with(&self, other: &Self, of_same_arcs: bool) -> Option<usize> {
         let mut shared = 0;
         for ((pair, integer), arcs) in self.pairs.iter().zip(&self.integers).zip(&self.arcs) {

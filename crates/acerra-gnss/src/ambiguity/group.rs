@@ -1,9 +1,9 @@
 //! Groups of signals whose phases contradict the rest: one frequency of one system.
 //!
-//! Receivers can disagree on a whole signal: a quarter of a cycle between tracking modes, or two
-//! signals on one carrier that are taken for one. Its biases are constant then, but no integers;
-//! together with the others they make every set of integers unlikely. Such a group is found by
-//! how much likelier the rest becomes without it.
+//! Receivers can disagree on a whole signal: by a quarter of a cycle between tracking modes, or where two
+//! signals on one carrier count as one. The biases of the signal are then constant, but not integers; with
+//! the others they make every set of integers unlikely. Such a group is found by the gain of likelihood of
+//! the other signals without the group.
 
 use super::attempt::{Attempt, Pair, Resolution};
 use crate::float::state::FilterState;
@@ -34,7 +34,7 @@ impl Resolution<'_> {
         while left_out.len() < LARGEST_LEFT_OUT && cost > CONTRADICTING_COST * pairs.len() as f64 {
             let mut groups: Vec<SignalGroup> = pairs.iter().map(Pair::signal_group).collect();
             groups.dedup();
-            // GLONASS is tried without by its own rules.
+            // For GLONASS other rules apply.
             groups.retain(|g| g.system() != System::Glonass && self.suspects.may_contradict(*g));
             let without = |group: SignalGroup| {
                 let rest = pairs.iter().filter(|p| p.signal_group() != group);

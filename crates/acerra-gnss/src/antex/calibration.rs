@@ -27,7 +27,7 @@ pub struct FrequencyCalibration {
 }
 
 impl FrequencyCalibration {
-    /// What the antenna adds to the range from its reference point (m), for a signal from this
+    /// Contribution of the antenna to the range from its reference point (m), for a signal from this
     /// direction: −PCO·e + PCV, bilinear between the calibration's directions.
     #[must_use]
     pub fn range_m(&self, azimuth_rad: f64, elevation_rad: f64) -> f64 {

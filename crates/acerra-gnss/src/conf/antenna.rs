@@ -37,7 +37,7 @@ pub(super) fn antenna(s: &Setting, conf: &mut RtklibConf, pending: &mut Pending)
         "ant2-pos1" => pending.base_values[0] = s.number()?,
         "ant2-pos2" => pending.base_values[1] = s.number()?,
         "ant2-pos3" => pending.base_values[2] = s.number()?,
-        // The rover's position is what is computed.
+        // The rover's position is the result.
         "ant1-postype" | "ant1-pos1" | "ant1-pos2" | "ant1-pos3" => {}
         "ant2-maxaveep" | "ant2-initrst" => {
             return Ok(Some(NotFollowedReason::NotForPostProcessing));

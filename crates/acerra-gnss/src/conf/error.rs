@@ -19,7 +19,7 @@ pub enum ConfError {
         /// The line, shortened.
         found: String,
     },
-    /// A value cannot be what its key needs.
+    /// A value is invalid for its key.
     #[error("line {line}: {key}: expected {expected}, found {found:?}")]
     Value {
         /// Line number, from 1.
@@ -40,7 +40,7 @@ pub enum ConfError {
         key: String,
         /// The name given.
         name: String,
-        /// Where it was looked for first.
+        /// The path searched first.
         tried: PathBuf,
     },
     /// The file asks for a kind of processing that is not offered.

@@ -23,7 +23,7 @@ use crate::input::{Limits, LineSource, Lines};
 use crate::options::{PpkOptions, RuleSet};
 use crate::pos::PosFormat;
 
-/// What a key without an entry means: RTKLIB's own defaults, as its manual lists them.
+/// Meaning of a key without an entry: RTKLIB's own defaults, as its manual lists them.
 ///
 /// They differ from [`PpkOptions::rtklib`], which are the settings usual for short baselines.
 #[must_use]
@@ -33,7 +33,7 @@ pub fn rtklib_defaults(rules: RuleSet) -> PpkOptions {
     };
     let common = (match rules {
         RuleSet::Rtklib => PpkOptions::rtklib(),
-        // Its own defaults, meant for walking pace.
+        // demo5's defaults, meant for walking pace.
         RuleSet::Demo5 => PpkOptions::demo5().with_dynamics(Some(Dynamics {
             horizontal_noise: 0.1,
             vertical_noise: 0.01,

@@ -9,12 +9,12 @@ pub(super) type Outcome = Result<Option<NotFollowedReason>, ConfError>;
 
 /// The setting is followed.
 pub(super) const FOLLOWED: Outcome = Ok(None);
-/// It asks for what is not done here.
+/// The value requires a feature that is not supported.
 pub(super) const UNSUPPORTED: Outcome = Ok(Some(NotFollowedReason::Unsupported));
 /// There is no such key.
 pub(super) const UNKNOWN: Outcome = Ok(Some(NotFollowedReason::UnknownKey));
 
-/// Followed if the value is one of those that change nothing here.
+/// Followed if the value is one of those without effect here.
 pub(super) fn only(setting: &Setting, harmless: &[&str]) -> Outcome {
     if harmless.contains(&setting.value.as_str()) {
         FOLLOWED

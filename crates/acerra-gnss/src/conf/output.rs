@@ -1,4 +1,4 @@
-//! Settings of outputs, files and what else there is.
+//! Settings of outputs, files and other subjects.
 
 use super::outcome::{FOLLOWED, Outcome, UNKNOWN, UNSUPPORTED, only};
 use super::requested::{NamedFile, NotFollowedReason, RtklibConf};

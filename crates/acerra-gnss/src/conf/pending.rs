@@ -8,7 +8,7 @@ use crate::options::{
     BasePosition, BaselineLength, Cn0Mask, Dynamics, PartialAmbiguity, PositioningMode, PpkOptions,
 };
 
-/// Standard deviation (m) of a baseline's length that is stated without one: no tape is better.
+/// Standard deviation (m) of a baseline's length without a stated deviation: that of a tape measure.
 const LEAST_LENGTH_SIGMA_M: f64 = 1e-3;
 
 /// Values that depend on each other and are combined at the end.
@@ -27,7 +27,7 @@ pub(super) struct Pending {
 }
 
 impl Pending {
-    /// What they are before any is read.
+    /// Values before any key is read.
     pub(super) fn of(options: &PpkOptions) -> Self {
         let noise = options
             .dynamics

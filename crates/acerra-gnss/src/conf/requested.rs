@@ -1,4 +1,4 @@
-//! What a configuration file asks for, and what of it is not followed.
+//! Settings of a configuration file, and those that are not followed.
 
 use std::path::Path;
 
@@ -6,22 +6,22 @@ use super::error::ConfError;
 use crate::options::PpkOptions;
 use crate::pos::PosFormat;
 
-/// What a configuration file asks for.
+/// Settings of a configuration file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RtklibConf {
     /// Processing options.
     pub options: PpkOptions,
     /// How the solution file is to be written.
     pub format: PosFormat,
-    /// What else is to be written, and which files are to be read for it.
+    /// Further outputs, and the files to read for them.
     pub outputs: ConfOutputs,
-    /// Which antennas are to be calibrated, and whether precise orbits are wanted.
+    /// Antennas to calibrate, and whether precise orbits are required.
     pub inputs: ConfInputs,
     /// Settings that are not followed, with the reason, in the order of the file.
     pub not_followed: Vec<NotFollowed>,
 }
 
-/// Outputs that a configuration asks for besides the solution file's layout.
+/// Outputs of a configuration in addition to the solution file's layout.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ConfOutputs {
@@ -29,7 +29,7 @@ pub struct ConfOutputs {
     pub nmea: bool,
     /// Residuals (`out-outstat = residual`).
     pub residuals: bool,
-    /// Largest standard deviation of a position that is written (m, `out-maxsolstd`).
+    /// Largest standard deviation of a written position (m, `out-maxsolstd`).
     pub max_sigma_m: Option<f64>,
     /// Heights above the geoid in the solution file (`out-height = geodetic`).
     pub geodetic_heights: bool,
@@ -83,8 +83,8 @@ impl NamedFile {
 }
 
 impl RtklibConf {
-    /// Finds the files that the configuration names: in its own folder, else in the current one. One that is missing
-    /// and that nothing in the configuration makes use of stays as it is named.
+    /// Finds the files that the configuration names: in the configuration's folder, else in the current one.
+    /// A missing file that the configuration does not use keeps its name.
     ///
     /// # Errors
     /// [`ConfError::MissingFile`] with line and key.

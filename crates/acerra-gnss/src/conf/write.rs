@@ -5,8 +5,8 @@ use std::fmt::{Display, Write as _};
 use crate::observations::satellite::System;
 use crate::options::{BasePosition, FilterDirection, PositioningMode, PpkOptions, RuleSet};
 
-/// The options as the text of an RTKLIB configuration file, which [`read_conf`](super::read_conf) reads back. What RTKLIB
-/// has no key for is said in comments at its end.
+/// The options as the text of an RTKLIB configuration file, which [`read_conf`](super::read_conf) reads back.
+/// Options without a key in RTKLIB are written as comments at the end.
 ///
 /// ```
 /// use acerra_gnss::conf::{read_conf, write_conf};

@@ -1,8 +1,8 @@
 //! Retrospective confirmation of ambiguity fixes.
 //!
-//! Two passes in opposite directions of time rest on different codes and meet with different
-//! errors. Where both come to the same place by integers, the integers are right; what else has
-//! those integers, before or after, is right as well.
+//! Two passes in opposite directions of time use different codes and have different errors. Where the
+//! integers of both give the same place, the integers are right; fixes before or after with the same integers
+//! are right as well.
 
 use super::contradiction::{Claim, contradicted};
 use crate::ambiguity::fixed_integers::FixedIntegers;
@@ -12,13 +12,13 @@ use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
 use std::sync::Arc;
 
-/// Fixes of two passes nearer to each other than this are the same (m): a quarter of a wavelength;
-/// those of neighbouring integers are further apart.
+/// Fixes of two passes nearer to each other than this are equal (m): a quarter of a wavelength; fixes by
+/// neighbouring integers are further apart.
 const SAME_PLACE_M: f64 = 0.05;
-/// Largest standard deviation (m) of a fix that nothing checks: half a wavelength.
+/// Largest standard deviation (m) of a fix without a check: half a wavelength.
 const LARGEST_UNCHECKED_SIGMA_M: f64 = 0.1;
-/// Time (s) over which passes must agree before that alone counts: in a shorter log both rest on
-/// much the same codes.
+/// Time (s) over which passes must agree before agreement alone counts: in a shorter log both use nearly the
+/// same codes.
 const AGREEMENT_S: f64 = 60.0;
 
 /// Where a pass fixed, in ascending order of time.
@@ -35,7 +35,7 @@ struct Fix {
 }
 
 impl Witness {
-    /// What a pass, in its own order, can bear witness to.
+    /// Claims of a pass, in its own order, for other passes.
     pub(crate) fn of(results: &[EpochResult]) -> Self {
         let fixed = results.iter().filter_map(|r| {
             Some(Fix {
@@ -79,8 +79,8 @@ impl Witness {
         (fix.tag.seconds_since(tag) <= EPOCH_TOLERANCE_S).then_some(fix)
     }
 
-    /// A fix of this pass that agrees with one of another: at the same epoch by its place, at the
-    /// nearest epochs before and after by its integers.
+    /// A fix of this pass that agrees with a fix of another: at the same epoch by its place, at the nearest
+    /// epochs before and after by its integers.
     fn agrees(
         &self,
         tag: GpsTime,
@@ -129,7 +129,7 @@ pub(crate) fn contradictions(passes: &[(&Witness, &[&Witness])]) -> Vec<Vec<GpsT
     tags
 }
 
-/// Confirms the fixes of a pass by those of passes in the other direction, but for those at the epochs
+/// Confirms the fixes of a pass by those of passes in the other direction, except at the epochs
 /// `contradicted` and, where the results will not be combined with those of the `other` pass, those that it
 /// [disputes](is_disputed); returns how many epochs they agree at.
 pub(crate) fn confirm_by(
@@ -172,15 +172,15 @@ pub(crate) fn confirm_by(
         .zip(&*results)
         .map(|(a, r)| a.is_some_and(|certain| certain || alone(r)))
         .collect();
-    // In a short log a satellite that takes part in one fix alone may be the one that is off.
+    // In a short log a satellite that is used by only one of the two fixes may be the faulty one.
     let wholly = span_s < AGREEMENT_S;
     keep_confirmed(results, &anchors, needed, wholly, &refuted);
     count
 }
 
-/// Confirms the fixes of one pass alone, by those that are certain themselves.
+/// Confirms the fixes of one pass alone, by its fixes that are certain themselves.
 ///
-/// Fixes under integers that were `withdrawn` later confirm nothing, themselves included.
+/// Fixes under integers that were `withdrawn` later confirm no fix, themselves included.
 pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn: &[u32]) {
     let certain = |r: &EpochResult| {
         let own = r.integers.as_ref();
@@ -203,9 +203,9 @@ fn is_checked(fix: &EpochResult, integers: &FixedIntegers) -> bool {
     integers.is_checked() || variance_m2 < LARGEST_UNCHECKED_SIGMA_M.powi(2)
 }
 
-/// Calls fixes float that neither are anchors nor have the integers of the nearest anchor before
-/// or after them, or that [nothing checks](is_checked); `wholly` asks that no
-/// other satellite take part in them. Those that are `refuted` are neither confirmed nor confirm any.
+/// Declares fixes float that neither are anchors nor have the integers of the nearest anchor before or after
+/// them, or that have [no check](is_checked); `wholly` requires that the fix uses no other satellite. Fixes
+/// that are `refuted` are neither confirmed nor confirm any.
 fn keep_confirmed(
     results: &mut [EpochResult],
     anchors: &[bool],

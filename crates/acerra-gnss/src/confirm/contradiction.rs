@@ -1,21 +1,21 @@
 //! Fixes that contradict each other.
 //!
-//! The integer of a phase is the same for as long as the phase does not slip. Two fixes that put
-//! different integers to the same unbroken phases are not both right, whatever each of them looks like
-//! at its own epoch, and however many passes find them: reflections and biased codes are the same to
-//! every pass. Integers of a single satellite count as well: one cycle of a satellite near the zenith
-//! is a height that is a wavelength off, and a slip in between would have been noticed by the phases'
-//! changes from epoch to epoch.
+//! The integer of a phase is constant as long as the phase does not slip. Of two fixes with different
+//! integers for the same unbroken phases at least one is wrong, however good each looks at its own epoch, and
+//! however many passes find it: reflections and biased codes are the same in every pass. Integers of a single
+//! satellite count as well: one cycle of a satellite near the zenith is a height that is a wavelength off,
+//! and a slip in between would have been noticed by the phases' changes from epoch to epoch.
 
 use crate::ambiguity::fixed_integers::{Continuity, FixedIntegers};
 use acerra_geo::time::GpsTime;
 
-/// Differences that must be the same for fixes to be of one set of integers: a position takes three.
+/// Equal differences that identify fixes of one set of integers: a position is determined by three.
 const LEAST_KEPT: usize = 3;
-/// Satellites to which two passes may put different integers at an epoch and still be at one place: the
-/// one that has just come into sight of either.
+/// Satellites for which two passes may have different integers at an epoch and still have the same place: the
+/// satellite that has just risen in either.
 const LARGEST_DIFFERENT_AT_ONE_EPOCH: usize = 1;
-/// Sets looked back at, at most: where every epoch has its own, none is worth more than another.
+/// Largest number of earlier sets compared: where every epoch has its own set, none is worth more than
+/// another.
 const LARGEST_SETS: usize = 64;
 
 /// A fix that a pass in the other direction found too.
@@ -28,7 +28,7 @@ pub(crate) struct Claim<'a> {
 }
 
 impl Claim<'_> {
-    /// Whether both are of one set of integers, of sets that contradict each other, or neither.
+    /// Whether both fixes belong to one set of integers, to sets that contradict each other, or neither.
     ///
     /// Which phases slipped between two epochs a pass knows of itself alone.
     fn agrees(&self, other: &Self) -> Option<bool> {
@@ -55,7 +55,7 @@ struct Set {
     members: Vec<usize>,
     /// The latest of each pass.
     latest: Vec<Option<usize>>,
-    /// Epochs at which the phases speak for it against all others as well.
+    /// Epochs at which the phases support the set against all others as well.
     certain_epochs: usize,
     /// Places of the sets that it contradicts.
     against: Vec<usize>,
@@ -96,9 +96,9 @@ impl Set {
 
 /// Which of the claims are contradicted by others that are certain at no fewer epochs.
 ///
-/// Integers that are certain by themselves are wrong in one of a hundred cases, and then for as long as
-/// the reflections that speak for them last: of two sets the one that is certain for longer is far likelier
-/// to be right. Of sets that are not certain at all neither is believed.
+/// Integers that are certain by themselves are wrong in one of a hundred cases, and then for as long as the
+/// reflections that support them last: of two sets the one that is certain for longer is far likelier to be
+/// right. Of two uncertain sets neither is accepted.
 pub(crate) fn contradicted(claims: &[Claim<'_>]) -> Vec<bool> {
     let passes = claims.iter().map(|c| c.pass + 1).max().unwrap_or(0);
     let mut order: Vec<usize> = (0..claims.len()).collect();

@@ -27,7 +27,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// This one, for passes of which so many run at once.
+    /// This watch, for this number of simultaneous passes.
     pub(crate) fn with_permits(self, threads: usize) -> Self {
         Self {
             permits: Some(Permits::new(threads)),

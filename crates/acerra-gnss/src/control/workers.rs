@@ -18,7 +18,7 @@ pub(crate) fn join<T>(worker: std::thread::ScopedJoinHandle<'_, T>) -> T {
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// The results of `work` on each item, in their order, by so many threads.
+/// The results of `work` on each item, in order, by the given number of threads.
 pub(crate) fn each<T: Send, R: Send>(
     threads: usize,
     items: Vec<T>,
@@ -57,7 +57,7 @@ pub(crate) struct Permits {
 }
 
 impl Permits {
-    /// Permits for so many threads.
+    /// Permits for the given number of threads.
     pub(crate) fn new(threads: usize) -> Self {
         Self {
             free: Mutex::new(threads.max(1)),
@@ -65,7 +65,7 @@ impl Permits {
         }
     }
 
-    /// A permit, as soon as there is one. Whoever holds one must not wait for another.
+    /// A permit, as soon as one is free. The holder must not wait for another.
     pub(crate) fn take(&self) -> Permit<'_> {
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let waited = self.returned.wait_while(free, |free| *free == 0);

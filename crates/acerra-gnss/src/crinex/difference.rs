@@ -3,8 +3,8 @@
 /// Highest order of differences accepted (the compressor's own maximum is 9; it writes 3).
 const MAX_ORDER: usize = 9;
 
-/// Applies a text difference to `text`: a blank keeps the character, `&` makes a blank, anything
-/// else replaces; what reaches beyond the end is appended.
+/// Applies a text difference to `text`: a blank keeps the character, `&` makes a blank, anything else
+/// replaces; characters beyond the end are appended.
 pub(super) fn patch_text(text: &mut Vec<u8>, difference: &[u8]) {
     for (i, &d) in difference.iter().enumerate() {
         let kept = text.get(i).copied();

@@ -44,15 +44,15 @@ struct SatelliteState {
 enum Stage {
     Header,
     Epochs,
-    /// Nothing can be decoded until an epoch line that starts afresh.
+    /// No data can be decoded until the next initialised epoch line.
     Resynchronise,
 }
 
 /// The RINEX lines of a Hatanaka-compressed file, as a [`LineSource`].
 ///
-/// Damage is contained: a broken difference makes that one value absent until its arc starts
-/// again; a broken epoch line drops epochs until one starts afresh; an incomplete last epoch is
-/// dropped whole. All of it is counted in the report.
+/// Damage is contained: a broken difference makes its value absent until the arc of the value starts again; a
+/// broken epoch line drops epochs until the next initialised one; an incomplete last epoch is dropped. All
+/// are counted in the report.
 #[derive(Debug)]
 pub struct CrinexLines<S> {
     source: S,
@@ -411,7 +411,7 @@ impl<S: LineSource> LineSource for CrinexLines<S> {
             }
             match self.stage {
                 Stage::Header => self.header_line(),
-                // Blank lines between epochs (some editors leave one at the end) mean nothing.
+                // Blank lines between epochs (some editors leave one at the end) are ignored.
                 Stage::Resynchronise if self.source.line().trim_ascii().is_empty() => {}
                 _ => self.decode_epoch()?,
             }

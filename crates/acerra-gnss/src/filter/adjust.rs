@@ -12,7 +12,7 @@ const MISFIT_KEPT: f64 = 0.98;
 /// Why an epoch could not be updated.
 pub(super) struct UpdateFailure {
     pub reason: NotFixedReason,
-    /// The update whose measurements contradict each other, where there is one.
+    /// The update whose measurements contradict each other, if there is one.
     pub contradicting: Option<Update>,
 }
 

@@ -1,8 +1,8 @@
 //! The known distance between two antennas on one vehicle.
 //!
-//! It says the same at every epoch: given to the filter again and again, as RTKLIB does, its own error
-//! would seem to average out. Where integers are kept beside the filter it is therefore given to each
-//! epoch's state once, and taken back before the next.
+//! The length is the same observation at every epoch: given to the filter at every epoch, as in RTKLIB, its
+//! error would seem to average out. Where integers are held outside the filter, the length is therefore
+//! applied to the state of each epoch once, and removed before the next.
 
 use super::Filter;
 use crate::ambiguity::attempt::Attempt;
@@ -10,10 +10,10 @@ use crate::linear::sparse_row::SparseRow;
 use crate::solution::NotFixedReason;
 use crate::stations::epoch_input::BaseView;
 
-/// Largest standard deviation of the position over the length at which the length is used: beyond it
-/// the sphere is no plane (as in RTKLIB).
+/// Largest standard deviation of the position over the length at which the length is used: beyond it the
+/// sphere cannot be linearised (as in RTKLIB).
 const LARGEST_SHARE: f64 = 0.1;
-/// Standard deviations by which the length of a fix may be off.
+/// Largest error of the length of a fix, in standard deviations.
 const LARGEST_DEPARTURE_SIGMA: f64 = 4.0;
 /// Standard deviation (m) of an antenna's phase centre over directions, which phases do not show.
 const PHASE_CENTRE_SIGMA_M: f64 = 0.005;
@@ -31,8 +31,8 @@ fn vector(x: &[f64], base: &BaseView<'_>) -> ([f64; 3], f64) {
 }
 
 impl Filter<'_> {
-    /// Tells the state the length of the baseline, where that is known and the position good enough;
-    /// returns what it was before, if it is not to stay.
+    /// Updates the state with the length of the baseline, where the length is known and the position good
+    /// enough; returns the state before the update, if the update is to be removed.
     pub(super) fn constrain_length(&mut self, base: &BaseView<'_>) -> Option<Unconstrained> {
         let known = self.options.baseline_length?;
         let (vector, length_m) = vector(&self.state.x, base);

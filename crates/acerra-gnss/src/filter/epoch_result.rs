@@ -8,7 +8,7 @@ use crate::stations::moving_base::MovedBase;
 use acerra_geo::time::GpsTime;
 use std::sync::Arc;
 
-/// What the filter says about an epoch.
+/// Result of the filter at an epoch.
 #[derive(Debug, Clone)]
 pub(crate) struct EpochResult {
     pub tag: GpsTime,
@@ -29,12 +29,12 @@ pub(crate) struct EpochResult {
     pub phase_residuals: Vec<NormalisedResidual>,
     /// Residuals of the codes at a fix, over the model's standard deviation.
     pub code_residuals: Vec<NormalisedResidual>,
-    /// How far the float position is from a fix by integers held.
+    /// Distance of the float position from a fix by held integers.
     pub float_misfit: Option<FloatMisfit>,
     /// GLONASS inter-channel bias and standard deviation (m per channel) of a fix with GLONASS,
     /// where it is estimated.
     pub channel_slope_m: Option<[f64; 2]>,
-    /// A pass in the other direction fixed at the same place, or with the same integers.
+    /// Whether a pass in the other direction fixed at the same place, or with the same integers.
     pub anchored: bool,
     /// The integers of a fix.
     pub integers: Option<Arc<FixedIntegers>>,
@@ -74,9 +74,8 @@ impl EpochResult {
         (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Moves to the mean of this place and another's of which one is wrong, with the covariance
-    /// that says so: each place is within it, and half the way between them is a standard
-    /// deviation.
+    /// Moves to the mean of this place and another, of which one is wrong. The covariance reflects this: half
+    /// the distance between the places is a standard deviation.
     pub(crate) fn widen_to(&mut self, other: &Self) {
         let (a, b) = (self.position_ecef_m, other.position_ecef_m);
         let half: [f64; 3] = std::array::from_fn(|k| (a[k] - b[k]) / 2.0);

@@ -1,9 +1,8 @@
 //! Whether GLONASS ambiguities are resolved, and with which inter-channel bias: by evidence.
 //!
-//! Receivers of different makes delay GLONASS carriers differently, in proportion to the channel
-//! number (Wanninger 2012). A first pass estimates that slope along with everything else. A slope
-//! that may vary freely leaves wrong integers room, though, so the run proper is given what the
-//! first pass found.
+//! Receivers of different makes delay GLONASS carriers differently, in proportion to the channel number
+//! (Wanninger 2012). A first pass estimates that slope together with the other unknowns. A free slope would
+//! let wrong integers fit, so the main run uses the slope of the first pass.
 
 use super::epoch_result::EpochResult;
 use crate::linear::outliers::median;
@@ -11,7 +10,7 @@ use crate::solution::{GlonassDecision, Quality};
 
 /// Fixes with GLONASS that a slope needs.
 const LEAST_FIXES: usize = 20;
-/// A slope that is not larger than this many of its standard deviations is none.
+/// A slope that is not larger than this many of its standard deviations counts as zero.
 const SIGNIFICANT_SIGMA: f64 = 3.0;
 /// Least standard deviation of a slope (m per channel): biases are not linear to better.
 const LEAST_SIGMA_M: f64 = 0.000_5;

@@ -1,10 +1,9 @@
 //! Integers once settled, kept outside the filter.
 //!
-//! RTKLIB's hold feeds integers back as measurements: the filter then believes them for good,
-//! right or wrong. Here the float state stays as it is. At every epoch a copy of it is conditioned
-//! on the integers that still hold, and the integers are tested against the float state, which
-//! knows nothing of them: where they no longer fit they are withdrawn, and with them every fix
-//! that rested on them.
+//! RTKLIB's hold feeds integers back as measurements: the filter then keeps them for ever, right or wrong.
+//! Here the float state is unchanged. At every epoch a copy of the float state is conditioned on the held
+//! integers, and the integers are tested against the float state, which is independent of them: integers that
+//! no longer fit are withdrawn, with every fix that used them.
 
 use super::{EpochView, Filter};
 use crate::ambiguity::attempt::{Attempt, Pair, is_ruled_out};
@@ -14,7 +13,7 @@ use crate::measurements::common::Common;
 use crate::measurements::signal_group::GROUPS;
 use crate::single::SinglePoint;
 
-/// Fewest pairs whose integers say where the rover is, with one to spare.
+/// Fewest pairs whose integers determine the rover's position, with one redundant pair.
 const LEAST_HELD_PAIRS: usize = 4;
 /// Standard deviation of a position (m) up to which it distinguishes integers from their neighbours: a
 /// quarter of a wavelength.
@@ -25,15 +24,15 @@ const LARGEST_DOUBTS: u32 = 10;
 /// Variance (cycle²) with which integers are imposed on the copy.
 const IMPOSED_VARIANCE: f64 = 1e-6;
 
-/// Whether a state says where the rover is to within a fraction of a wavelength.
+/// Whether a state determines the rover's position to within a fraction of a wavelength.
 fn knows_its_place(state: &FilterState) -> bool {
     let variance_m2: f64 = (0..3).map(|k| state.covariance(k, k)).sum();
     variance_m2 < LARGEST_HELD_SIGMA_M * LARGEST_HELD_SIGMA_M
 }
 
 impl Filter<'_> {
-    /// Whether what is known of the integers suffices to hold them: what is fed back into the filter
-    /// looks certain ever after.
+    /// Whether the evidence for the integers suffices to hold them: integers fed back into the filter look
+    /// certain ever after.
     pub(super) fn may_hold(&self) -> bool {
         if self.options.holds_beside() {
             self.settled
@@ -179,7 +178,7 @@ impl Filter<'_> {
         self.held = true;
     }
 
-    /// Gives up what is held of a group that shares no satellite with new integers.
+    /// Releases the held integers of a group that shares no satellite with new integers.
     fn forget_group(&mut self, group: usize, slot: usize) {
         for satellite in 0..self.constellation.len() {
             if GROUPS[group].contains(&self.constellation.id(satellite).system()) {

@@ -1,4 +1,4 @@
-//! The phases of the last epoch, to see what changed since.
+//! The phases of the last epoch, for their changes since.
 
 use acerra_geo::time::GpsTime;
 

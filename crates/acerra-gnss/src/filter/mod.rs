@@ -42,14 +42,14 @@ use nalgebra::{Matrix3, Vector3};
 use residuals::Update;
 use std::sync::Arc;
 
-/// What rover and base see together at an epoch.
+/// Common observations of rover and base at an epoch.
 struct EpochView<'e> {
     rover: &'e RoverEpoch,
     base: &'e BaseView<'e>,
     common: Vec<Common>,
     /// Wavelength (m) of each common satellite and slot; 0 where the carriers differ.
     wavelengths_m: Vec<[f64; 3]>,
-    /// How much noisier than usual each common satellite's codes are.
+    /// Noise factor of each common satellite's codes.
     inflation: Inflation,
     unflagged_slips: UnflaggedSlips,
 }
@@ -286,7 +286,7 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Reports what a successful update says, and resolves ambiguities where there are any.
+    /// Reports the result of a successful update, and resolves ambiguities where there are any.
     fn take_up(
         &mut self,
         epoch: &EpochView<'_>,

@@ -1,10 +1,10 @@
 //! Ambiguities that begin under integers held, against them.
 //!
-//! Where half of the satellites slip at once, the rest carry the integers over, and few of them check each
-//! other: a slip among these that nobody flagged passes for a motion. The ambiguities that begin do check them.
-//! At the place that the integers held give, their ambiguities are whole numbers but for the errors of the
-//! phases; at a wrong one they are any. A single one that is off is as likely a reflection of its own, and
-//! says nothing.
+//! Where half of the satellites slip at once, the other satellites carry the integers over, and few of these
+//! check each other: an unflagged slip among them looks like a motion. The new ambiguities check the held
+//! integers. At the place by the held integers, new ambiguities are whole numbers up to the errors of the
+//! phases; at a wrong place they are arbitrary. A single new ambiguity that is off may as well be due to a
+//! reflection, and is ignored.
 
 use super::{EpochView, Filter};
 use crate::ambiguity::attempt::{Pair, members, without};
@@ -16,17 +16,17 @@ use crate::measurements::zero::ZeroDifference;
 use crate::observations::satellite::System;
 
 impl Filter<'_> {
-    /// How far the ambiguities that are not held are from whole numbers at the place of those that are, in
-    /// standard deviations (root mean square), where this is more than the errors of phases explain once in
-    /// a thousand cases, whichever satellite that is not held is left out. `conditioned` is the state that has
-    /// been given the integers held.
+    /// Distance of the ambiguities that are not held from whole numbers at the place by the held ones, in
+    /// standard deviations (root mean square), where it is larger than the errors of phases explain once in a
+    /// thousand cases, whichever satellite that is not held is left out. `conditioned` is the state
+    /// conditioned on the held integers.
     pub(super) fn new_ambiguities_contradict(
         &self,
         epoch: &EpochView<'_>,
         zero: &[ZeroDifference],
         conditioned: &FilterState,
     ) -> Option<f64> {
-        // Those of GLONASS are whole only if the bias between channels is known.
+        // Ambiguities of GLONASS are whole numbers only if the bias between channels is known.
         let counts = |p: &&Pair| GROUPS[p.group] != [System::Glonass];
         let all: Vec<Pair> = self.all_pairs.iter().filter(counts).copied().collect();
         let held = self

@@ -1,4 +1,4 @@
-//! What rover and base see together: common satellites and double differences.
+//! Common observations of rover and base: satellites and double differences.
 
 use super::predict::POSITION_VARIANCE_M2;
 use super::update::update_state;
@@ -114,7 +114,7 @@ impl Filter<'_> {
         }
     }
 
-    /// How much noisier than usual this epoch's codes are.
+    /// Noise factor of this epoch's codes.
     pub(super) fn code_inflation(&self, epoch: &EpochView<'_>, single: &SinglePoint) -> Inflation {
         let zero = self.zero_at(epoch.rover, single.position_ecef_m);
         let differencing = Differencing {
@@ -134,7 +134,7 @@ impl Filter<'_> {
         let mut state = self.state.clone();
         let mut place_ecef_m = single.position_ecef_m;
         for _ in 0..CODE_ITERATIONS {
-            // Codes count once: nothing is known of the place but where to form the differences.
+            // Codes are used once: the prior of the place only serves to form the differences.
             for (k, place_m) in place_ecef_m.into_iter().enumerate() {
                 state.initialise(k, place_m, POSITION_VARIANCE_M2);
             }

@@ -62,7 +62,7 @@ impl Filter<'_> {
             self.state
                 .initialise(k, single.position_ecef_m[k], variance_m2);
         }
-        // In static mode a motion model would have nothing to do.
+        // In static mode a motion model has no effect.
         for k in 3..self.state.position_states {
             if !self.state.exists[k] {
                 self.state.initialise(k, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What an epoch's state says, as a result.
+//! The state of an epoch as a result.
 
 use super::epoch_result::EpochResult;
 use super::residuals::Update;
@@ -11,7 +11,7 @@ use crate::stations::epoch_input::{BaseView, RoverEpoch};
 use std::sync::Arc;
 
 impl EpochResult {
-    /// The result of an epoch that has nothing better than its single-point position.
+    /// The result of an epoch without a better position than its single-point one.
     pub(super) fn from_single(
         rover: &RoverEpoch,
         single: &SinglePoint,

@@ -75,7 +75,7 @@ impl<'a> Filter<'a> {
         evidence.supports(attempt)
     }
 
-    /// Epochs that are resolved one by one say nothing of each other's integers.
+    /// Epochs that are resolved one by one do not confirm each other's integers.
     fn resolves_alone(&self) -> bool {
         self.options.ambiguity == AmbiguityMode::Instantaneous
     }
@@ -176,7 +176,7 @@ impl<'a> Filter<'a> {
             let Some(worst) = worst.filter(|w| w.normalised > limit) else {
                 let (residuals, rows) = standardised(&differences.rows, false, in_fix);
                 let squares = residuals.iter().map(|r| r.normalised.powi(2)).sum();
-                // Three degrees of freedom went into the position.
+                // The position uses three degrees of freedom.
                 result.phase_misfit = [squares, rows.saturating_sub(3) as f64];
                 result.phase_residuals = of_satellites(residuals, &epoch.common);
                 if self.options.measure_code_noise {
@@ -202,8 +202,7 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// The codes' residuals about the position of a fix, over what the model states for a single
-    /// sample.
+    /// The codes' residuals about the position of a fix, over the model's deviation of a single sample.
     fn code_residuals(
         &self,
         epoch: &EpochView<'_>,
@@ -314,8 +313,7 @@ impl<'a> Filter<'a> {
         let optional = options.glonass_ambiguity == GlonassAmbiguity::Auto;
         let mut outcome = None;
         let mut tried: Option<Vec<Pair>> = None;
-        // GLONASS joins once its biases are learnt; a fix that fails with it is tried
-        // without.
+        // GLONASS is included once its biases are estimated; a fix that fails with GLONASS is tried without.
         let tries: &[bool] = match (learning, self.held) {
             _ if self.glonass_float => &[false],
             (false, _) if !optional => &[true],

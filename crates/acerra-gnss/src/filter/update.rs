@@ -5,7 +5,7 @@ use crate::float::state::FilterState;
 use crate::linear::double_row::DoubleRow;
 use crate::measurements::common::Common;
 
-/// Degrees of freedom that the model's own word weighs.
+/// Degrees of freedom that the model's own variance counts as.
 const MISFIT_PRIOR: f64 = 30.0;
 const LEAST_VARIANCE_FACTOR: f64 = 0.1;
 
@@ -48,8 +48,8 @@ fn update_about(
 }
 
 impl Filter<'_> {
-    /// True variances over those of the model, from the residuals of the codes so far; never above
-    /// one, for what is slow to average out does not show in them.
+    /// True variances over the model's, from the residuals of the codes so far; never above one, since slow
+    /// errors do not show in the residuals.
     pub(super) fn variance_factor(&self) -> f64 {
         let [squares, freedom] = self.misfit;
         ((squares + MISFIT_PRIOR) / (freedom + MISFIT_PRIOR)).clamp(LEAST_VARIANCE_FACTOR, 1.0)

@@ -13,11 +13,11 @@ use crate::noise::code_noise::MeasuredNoise;
 use crate::observations::satellite::System;
 use crate::options::PpkOptions;
 
-/// Share of a code's variance by which all codes err alike: reflected signals arrive late, never
-/// early, the more so the lower and weaker they are.
+/// Share of a code's variance that is common to all codes: reflected signals arrive late, never early, later
+/// for lower and weaker satellites.
 const COMMON_DELAY_SHARE: f64 = 0.3;
 
-/// What differencing at one epoch needs.
+/// Inputs of differencing at one epoch.
 pub(crate) struct Differencing<'a> {
     pub constellation: &'a Constellation,
     pub options: &'a PpkOptions,
@@ -29,7 +29,7 @@ pub(crate) struct Differencing<'a> {
     pub separation: Separation,
     /// Noise of the codes, measured or the model's.
     pub noise: &'a MeasuredNoise,
-    /// How much noisier than usual each code of this epoch is.
+    /// Noise factor of each code of this epoch.
     pub inflation: &'a [[f64; 3]],
     /// Codes without regard to phases.
     pub codes_alone: bool,
@@ -238,8 +238,8 @@ impl Differencing<'_> {
         self.rover[self.common[k].rover].by_position_ecef
     }
 
-    /// The highest usable satellite (the later one on ties); where the policy
-    /// asks for it one that did not slip, if there is any, and none of SBAS.
+    /// The highest usable satellite (the later one on ties); where the policy requires it, one without a
+    /// slip, if there is any, and none of SBAS.
     fn reference(&self, state: &FilterState, slot: usize, usable: &[usize]) -> Option<usize> {
         let calm_first = self.options.policy().prefers_calm_reference();
         let mut best: Option<(bool, f64, usize)> = None;

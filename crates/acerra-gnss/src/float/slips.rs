@@ -8,7 +8,7 @@ use crate::observations::observation::{EPOCH_TOLERANCE_S, LossOfLock};
 use crate::options::PpkOptions;
 use acerra_geo::time::GpsTime;
 
-/// What slip detection at an epoch looks at.
+/// Inputs of slip detection at an epoch.
 pub(crate) struct SlipView<'a> {
     pub options: &'a PpkOptions,
     pub common: &'a [Common],

@@ -1,5 +1,5 @@
-//! The filter's state: position, optional velocity and acceleration, single-difference phase
-//! biases, and what is remembered about each satellite's phase.
+//! The filter's state: position, optional velocity and acceleration, single-difference phase biases, and the
+//! history of each satellite's phase.
 
 use crate::linear::dense::{dot, dot_pair, factorise, solve_lower, solve_lower_rows};
 use crate::linear::double_row::DoubleRow;
@@ -14,7 +14,7 @@ use acerra_geo::time::GpsTime;
 /// (m per channel): Wanninger (2012) found up to 0.05.
 const CHANNEL_SLOPE_SIGMA_M: f64 = 0.025;
 
-/// What is remembered about one satellite's phase on one frequency.
+/// History of one satellite's phase on one frequency.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Track {
     /// Epochs since the phase was last used.
@@ -48,7 +48,7 @@ pub(crate) struct Track {
     pub codes_used: f64,
     /// Number of the present bias: another after every slip.
     pub arc: u32,
-    /// Slips noticed so far, flagged or not, whatever became of the bias.
+    /// Slips so far, flagged or not, whether the bias was kept or not.
     pub slips: u32,
     /// When the present bias began.
     pub began: Option<GpsTime>,
@@ -82,7 +82,7 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
-    /// The place that codes give lasts longer than the biases do: its errors are the same after a slip.
+    /// The place by codes lasts longer than the biases do: its errors are the same after a slip.
     codes_outlast_biases: bool,
     room: Room,
 }
@@ -171,7 +171,7 @@ impl FilterState {
         (self.leading_states > self.position_states).then_some(self.position_states)
     }
 
-    /// GLONASS inter-channel bias (m per channel) and its standard deviation; 0 where it is not
+    /// GLONASS inter-channel bias (m per channel) and its standard deviation; 0 where the bias is not
     /// estimated.
     pub(crate) fn channel_slope_m(&self) -> [f64; 2] {
         self.channel_slope_index().map_or([0.0; 2], |k| {

@@ -1,9 +1,9 @@
 //! Changes of phase from one epoch to the next, against each other: slips that nobody flagged.
 //!
-//! From one epoch to the next, the phase differences between rover and base change by the rover's
-//! motion, by one clock common to all signals, and by nothing else. Four unknowns leave most
-//! satellites to check each other (as time-differenced phases do in receivers' own monitoring;
-//! e.g. Soon et al. 2008, "An approach to aid INS using time-differenced GPS carrier phase").
+//! From one epoch to the next, the phase differences between rover and base change only by the rover's motion
+//! and by one clock common to all signals. With four unknowns, most satellites check each other (as
+//! time-differenced phases do in receivers' own monitoring; e.g. Soon et al. 2008, "An approach to aid INS
+//! using time-differenced GPS carrier phase").
 
 use crate::linear::outliers::median;
 use nalgebra::{Matrix4, Vector4};
@@ -12,7 +12,7 @@ use nalgebra::{Matrix4, Vector4};
 const ITERATIONS: usize = 20;
 /// 1.4826 median absolute deviations of normal errors are a standard deviation.
 const SIGMA_PER_MAD: f64 = 1.482_6;
-/// Fewest changes beyond the unknowns that say anything.
+/// Fewest changes, in addition to the unknowns, for a test.
 const LEAST_FREEDOM: usize = 3;
 
 /// The change of one satellite's phase difference between two epochs.
@@ -23,7 +23,7 @@ pub(crate) struct PhaseChange {
     pub unit_ecef: [f64; 3],
     /// Standard deviation (m).
     pub sigma_m: f64,
-    /// Whether it may take part in the fit.
+    /// Whether the fit may use it.
     pub trusted: bool,
 }
 
@@ -74,7 +74,7 @@ pub(crate) fn robust_fit(changes: &[PhaseChange]) -> Option<Fit> {
             .zip(changes)
             .map(|(size, c)| f64::from(c.trusted) * (fit.scale / size).min(1.0))
             .collect();
-        // The same weights lead to the same fit.
+        // Equal weights give an equal fit.
         if next == weights {
             break;
         }

@@ -12,12 +12,12 @@ pub enum ReadError {
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
-    /// A line does not hold what its format requires there.
+    /// A line violates its format.
     #[error("line {line}: expected {expected}, found {found:?}")]
     Format {
         /// Line number, from 1.
         line: u64,
-        /// What the format requires at this place.
+        /// Requirement of the format at this place.
         expected: &'static str,
         /// The text that is there, shortened.
         found: String,
@@ -38,24 +38,24 @@ pub enum ReadError {
         /// The label of the missing record.
         missing: &'static str,
     },
-    /// The content is of another kind than the one asked for.
+    /// The content is of another kind than requested.
     #[error("expected {expected}, but the content is {found}")]
     WrongKind {
         /// What the caller wanted.
         expected: &'static str,
-        /// What the content looks like.
+        /// Apparent kind of the content.
         found: FileKind,
     },
     /// An RTCM 3 log whose messages give the time of the week only.
     #[error(
-        "the messages tell the time of the week only, and none tells the week: \
-         state the date on which the log was recorded"
+        "the messages give the time of the week only, and none gives the week: state the date on which the \
+         log was recorded"
     )]
     NoDate,
     /// A UBX log without raw measurements.
     #[error(
-        "UBX without raw measurements: the receiver must be told to send UBX-RXM-RAWX (and UBX-RXM-SFRBX for the \
-         ephemerides), which some modules cannot"
+        "UBX without raw measurements: the receiver must be configured to send UBX-RXM-RAWX (and \
+         UBX-RXM-SFRBX for the ephemerides), which some modules cannot"
     )]
     NoMeasurements,
     /// A zip archive that cannot be used.

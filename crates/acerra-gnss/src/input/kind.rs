@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What a file holds, as its content shows.
+/// Kind of a file by its content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FileKind {
@@ -18,7 +18,7 @@ pub enum FileKind {
     Crinex,
     /// u-blox UBX frames, possibly among NMEA sentences or RTCM.
     Ubx,
-    /// gzip; what is inside is not known yet.
+    /// gzip; the kind of the content is not known yet.
     Gzip,
     /// UNIX `compress` (.Z).
     UnixCompress,

@@ -20,7 +20,7 @@ pub trait LineSource {
     fn number(&self) -> u64;
     /// Whether the current line ended with a line feed. False only at the end of a file.
     fn terminated(&self) -> bool;
-    /// Hands over what the source itself had to drop so far.
+    /// Returns the data that the source itself dropped so far.
     fn take_report(&mut self) -> ReadReport {
         ReadReport::default()
     }

@@ -1,5 +1,5 @@
-//! What every reader of this crate shares: recognising a file by its content, taking lines from
-//! it, limits against hostile input, errors that name a place, and an account of what was dropped.
+//! Parts that every reader of this crate shares: recognising a file by its content, reading lines from it,
+//! limits against hostile input, errors that name a place, and a report of dropped data.
 
 mod error;
 mod kind;

@@ -1,4 +1,4 @@
-//! The account of what a reader did not pass on.
+//! Report of the data that a reader dropped.
 
 use std::fmt;
 
@@ -37,7 +37,7 @@ pub enum DropReason {
     StrayLine,
     /// The file ends inside an epoch or record; the incomplete one is dropped.
     CutOff,
-    /// The same satellite twice in one epoch; the first is kept.
+    /// A satellite twice in one epoch; the first is kept.
     DuplicateSatellite,
     /// A second epoch with the tag of an earlier one.
     DuplicateEpoch,
@@ -51,7 +51,7 @@ pub enum DropReason {
     UnreadableNavigationRecord,
     /// A navigation message of a kind that is not used (RINEX 4 `CNAV`, `STO` …).
     UnusedNavigationMessage(String),
-    /// The same broadcast record again.
+    /// A broadcast record that was read before.
     DuplicateNavigationRecord,
     /// A Hatanaka difference without the arc it refers to, or damaged.
     BrokenDifference,
@@ -97,8 +97,7 @@ pub enum DropReason {
         /// Message number.
         number: u16,
     },
-    /// RTCM 3: an epoch whose last message announces another one that is not there; what it has is
-    /// kept.
+    /// RTCM 3: an epoch whose last message announces another that is missing; the present ones are kept.
     IncompleteEpoch,
     /// RTCM 3: observations of another reference station than the first one.
     OtherStation,
@@ -153,25 +152,25 @@ impl fmt::Display for DropReason {
     }
 }
 
-/// One reason with how often and where first it applied.
+/// One reason with its number of occurrences and the first place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dropped {
     /// The reason.
     pub reason: DropReason,
-    /// How many items (values, satellites, epochs, messages or bytes, as the reason says).
+    /// Number of items (values, satellites, epochs, messages or bytes, by reason).
     pub count: u64,
     /// The first place.
     pub first: Place,
 }
 
-/// What a reader found, and what it did not pass on.
+/// Format that a reader recognised, and the data that it dropped.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ReadReport {
     /// The format in words, such as `RINEX 3.04 observation, Hatanaka 3.0, gzip`.
     pub format: String,
     /// Dropped items by reason, in order of first appearance.
     pub dropped: Vec<Dropped>,
-    /// What else a user should know about the file (a second header, half wavelengths …).
+    /// Further remarks for a user of the file (a second header, half wavelengths …).
     pub remarks: Vec<String>,
 }
 

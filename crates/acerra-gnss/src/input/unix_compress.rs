@@ -10,10 +10,9 @@ const CLEAR: usize = 256;
 
 /// Decompresses a `.Z` stream.
 ///
-/// The format is that of `compress` 4.0: two magic bytes `1F 9D`, a byte with the greatest code
-/// width (9 to 16) and the block mode flag, then codes from the lowest bit up. Codes are written
-/// in groups of eight: where the width grows or the table is emptied, the rest of a group is
-/// passed over.
+/// The format is that of `compress` 4.0: two magic bytes `1F 9D`, a byte with the greatest code width (9 to
+/// 16) and the block mode flag, then codes from the lowest bit up. Codes are written in groups of eight:
+/// where the width grows or the table is emptied, the rest of a group is skipped.
 ///
 /// Reading fails with [`io::ErrorKind::InvalidData`] where the stream cannot be one, and with
 /// [`io::ErrorKind::UnexpectedEof`] where it ends within a code.
@@ -59,7 +58,7 @@ struct Group {
 }
 
 impl<R: Read> UnixCompressed<R> {
-    /// Decompresses what `inner` gives.
+    /// Decompresses the stream `inner`.
     pub fn new(inner: R) -> Self {
         Self {
             inner,
@@ -103,7 +102,7 @@ impl<R: Read> Read for UnixCompressed<R> {
                 match self.advance() {
                     Ok(true) => {}
                     Ok(false) => break,
-                    // What was decoded is handed out first.
+                    // Decoded bytes are returned first.
                     Err(error) if given > 0 => {
                         self.failure = Some(error);
                         break;
@@ -193,7 +192,7 @@ impl State {
         let mut at = code;
         match code.cmp(&self.next_code()) {
             std::cmp::Ordering::Less => {}
-            // The string about to be made: the last one and its own first byte.
+            // The string about to be made: the last one and its first byte.
             std::cmp::Ordering::Equal => {
                 out.push(self.first);
                 at = previous;

@@ -6,7 +6,7 @@ const CHI_SQUARE_999: [f64; 30] = [
     40.8, 42.3, 43.8, 45.3, 46.8, 48.3, 49.7, 51.2, 52.6, 54.1, 55.5, 56.9, 58.3, 59.7,
 ];
 
-/// The 0.999 quantile of χ² for so many degrees of freedom; without any, 0.
+/// The 0.999 quantile of χ² for a number of degrees of freedom; 0 for none.
 pub(crate) fn chi_square_999(freedom: usize) -> f64 {
     let Some(place) = freedom.checked_sub(1) else {
         return 0.0;

@@ -15,10 +15,9 @@ pub(crate) struct DoubleRow {
     pub wavelengths_m: [f64; 2],
     pub variance_reference_m2: f64,
     pub variance_other_m2: f64,
-    /// Standard deviation (m) of what is common to all codes' errors, in this difference; 0 for
-    /// phases.
+    /// Standard deviation (m) of the common error of all codes, in this difference; 0 for phases.
     pub common_delay_m: f64,
-    /// The same two without regard to signal strength: what an undisturbed signal would have.
+    /// Both variances for an undisturbed signal, without regard to signal strength.
     pub undisturbed_m2: [f64; 2],
     /// Channel number of the reference less that of the other, of GLONASS phases; else 0.
     pub channels_apart: f64,

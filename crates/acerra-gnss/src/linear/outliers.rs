@@ -15,9 +15,9 @@ pub(crate) struct Worst {
 /// The worst phase (or, with `of_codes`, code) among `rows`, of the satellites that `counts` lets
 /// in.
 ///
-/// A double difference blames no one: within each block the single differences are taken about
-/// their median, so that a wrong reference satellite is an outlier itself. The yardstick is
-/// the noise of an undisturbed signal: a weak one that is off is to be left out, not excused.
+/// A double difference does not identify the faulty satellite: within each block the single differences are
+/// taken about their median, so that a faulty reference satellite is an outlier itself. Deviations are in
+/// units of an undisturbed signal's noise, so that faulty weak signals are left out as well.
 pub(crate) fn worst(
     rows: &[DoubleRow],
     of_codes: bool,
@@ -69,8 +69,7 @@ pub(crate) struct Standardised {
     pub normalised: f64,
 }
 
-/// The residuals of codes or phases of the satellites that `counts` lets in, and their degrees of
-/// freedom.
+/// The residuals of codes or phases of the satellites that `counts` selects, and their degrees of freedom.
 pub(crate) fn standardised(
     rows: &[DoubleRow],
     of_codes: bool,

@@ -12,7 +12,7 @@ pub(crate) struct SparseRow {
 }
 
 impl SparseRow {
-    /// An equation of these coefficients, six at most.
+    /// An equation of these coefficients, at most six.
     pub(crate) fn new(coefficients: &[(usize, f64)], residual: f64) -> Self {
         let mut row = Self {
             coefficients: [(0, 0.0); LARGEST],

@@ -14,13 +14,13 @@ pub(crate) type BaseZeros = AroundEpochs<ZeroDifference>;
 pub(crate) type BaseStates = AroundEpochs<Result<SatelliteState, Unusable>>;
 
 impl<T> AroundEpochs<T> {
-    /// Room for so many rover epochs.
+    /// With capacity for this number of rover epochs.
     pub(crate) fn new(rover_epochs: usize) -> Self {
         let room = (0..rover_epochs).map(|_| [OnceLock::new(), OnceLock::new()]);
         Self(room.collect())
     }
 
-    /// Those of base epoch `base` for rover epoch `rover`: computed where they are asked for first.
+    /// Zero differences of base epoch `base` for rover epoch `rover`, computed at the first call.
     ///
     /// The epochs before and after the rover's are neighbours, so that their indices differ in
     /// parity.

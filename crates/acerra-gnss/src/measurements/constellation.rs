@@ -35,7 +35,7 @@ pub(crate) struct SatelliteState {
     pub clock_s: f64,
     /// Variance of orbit and clock (m²).
     pub variance_m2: f64,
-    /// Velocity and clock drift, when asked for.
+    /// Velocity and clock drift, where requested.
     pub rates: Option<([f64; 3], f64)>,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct SatelliteState {
 pub(crate) enum Unusable {
     NoPseudorange,
     NoEphemeris,
-    /// Flagged unhealthy or too inaccurate by its own message.
+    /// Flagged unhealthy or too inaccurate by its message.
     Excluded,
     /// The pseudorange does not fit the receiver's place and the other satellites'.
     ImplausiblePseudorange,
@@ -167,8 +167,8 @@ impl Constellation {
         best.map(|(_, e)| e)
     }
 
-    /// The satellite's state when it sent what was received at `tag` with this pseudorange
-    /// (m; 0 = none). `selection_time` chooses among its ephemerides.
+    /// The satellite's state at the transmission of the signal received at `tag` with this pseudorange (m; 0
+    /// = none). `selection_time` chooses among its ephemerides.
     pub(crate) fn state(
         &self,
         index: usize,

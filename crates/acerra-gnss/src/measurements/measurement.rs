@@ -25,12 +25,11 @@ pub(crate) struct Measurement {
     pub cn0_db_hz: [f64; FREQUENCY_SLOTS],
     /// Noise over carrier power in one hertz, from C/N₀.
     pub noise_power: [f64; FREQUENCY_SLOTS],
-    /// How far C/N₀ is below what this signal usually has around this time (dB, not negative).
+    /// C/N₀ below its usual value of this signal around this time (dB, not negative).
     pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     pub loss_of_lock: [u8; FREQUENCY_SLOTS],
-    /// Slips reported in the whole log up to and including this epoch: two epochs between which
-    /// it differs have a slip between them, whichever way the filter runs and however many
-    /// epochs it passed over.
+    /// Slips reported in the whole log up to and including this epoch: two epochs with different counts have
+    /// a slip between them, whichever way the filter runs and however many epochs it skipped.
     pub slip_count: [u32; FREQUENCY_SLOTS],
     /// Carrier of the slot's signal; 0 when it carries no pseudorange or its channel is unknown.
     pub frequency_hz: [f64; FREQUENCY_SLOTS],
@@ -144,8 +143,7 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
 /// Span over which a signal's usual strength is taken (s).
 const USUAL_STRENGTH_SPAN_S: f64 = 600.0;
 
-/// Compares every signal's C/N₀ with the upper quartile of the same signal's over the span of
-/// time it falls into.
+/// Compares every signal's C/N₀ with the upper quartile of that signal's values in the same span of time.
 fn note_weak_signals(epochs: &mut [Epoch], satellites: usize) {
     let Some(first) = epochs.first().map(|e| e.tag) else {
         return;

@@ -1,4 +1,4 @@
-//! Measurements of one epoch in the form that positioning works on, with their noise and masks.
+//! Measurements of one epoch in the form for positioning, with their noise and masks.
 
 pub(crate) mod base_zeros;
 pub(crate) mod common;

@@ -9,7 +9,7 @@ use crate::options::{Cn0Mask, PpkOptions};
 /// model", GPS Solutions 2(4)).
 const SIGMA_EPSILON_M2_HZ: f64 = 0.224;
 
-/// How much noisier than GPS a system's measurements are taken to be.
+/// Noise factor of a system's measurements relative to GPS.
 pub(crate) const fn system_factor(system: System) -> f64 {
     match system {
         System::Glonass => 1.5,
@@ -18,7 +18,7 @@ pub(crate) const fn system_factor(system: System) -> f64 {
     }
 }
 
-/// A signal as far as its noise depends on it.
+/// The parameters of a signal's noise.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SignalView {
     pub system: System,
@@ -36,7 +36,7 @@ pub(crate) fn noise_power(cn0_db_hz: f64) -> f64 {
     10f64.powf(-0.1 * cn0_db_hz)
 }
 
-/// How far apart rover and base measurements are.
+/// Distance and time between rover and base measurements.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Separation {
     pub baseline_m: f64,
@@ -45,7 +45,7 @@ pub(crate) struct Separation {
 }
 
 impl Separation {
-    /// Side by side, at the same time.
+    /// At one place and time.
     pub(crate) const NONE: Self = Self {
         baseline_m: 0.0,
         age_s: 0.0,
@@ -61,7 +61,7 @@ pub(crate) fn single_difference_variance_m2(
     single_difference_variances_m2(options, signal, separation)[0]
 }
 
-/// That variance, and that of the same signal at a strength unknown (m²).
+/// That variance, and that of an equal signal of unknown strength (m²).
 pub(crate) fn single_difference_variances_m2(
     options: &PpkOptions,
     signal: &SignalView,
@@ -128,7 +128,7 @@ pub(crate) fn below_cn0_mask(
         let share = place - index as f64;
         values[index] * (1.0 - share) + values[index + 1] * share
     };
-    // Receivers that do not say how strong a signal is leave it at 0.
+    // Receivers that do not report the strength of a signal leave it at 0.
     cn0_db_hz > 0.0 && cn0_db_hz < least
 }
 

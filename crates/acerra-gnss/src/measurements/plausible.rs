@@ -11,16 +11,15 @@ use crate::orbits::geometry::line_of_sight;
 /// atmosphere and errors of the place, and within a microsecond, in which a satellite moves 4 mm.
 const LARGEST_DEPARTURE_M: f64 = 300.0;
 
-/// Marks the states of satellites whose pseudoranges do not fit a receiver at `place_ecef_m`; all
-/// of them where more than a third do not, as in an epoch with another one's tag. Returns whether
-/// there were any.
+/// Marks the states of satellites whose pseudoranges do not fit a receiver at `place_ecef_m`; all of them
+/// where more than a third do not, as in an epoch with another one's tag. Returns whether any was marked.
 pub(crate) fn reject_implausible(
     constellation: &Constellation,
     epoch: &Epoch,
     states: &mut [Result<SatelliteState, Unusable>],
     place_ecef_m: [f64; 3],
 ) -> bool {
-    // Systems on their own time scales may be apart by their receivers' delays.
+    // The time scales of systems may be apart by their receivers' delays.
     let scale = |system| match system {
         System::Qzss | System::Sbas => System::Gps,
         other => other,

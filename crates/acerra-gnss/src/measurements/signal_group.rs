@@ -1,4 +1,4 @@
-//! One frequency of one system, and which of them contradict the others.
+//! Signal groups (one frequency of one system), and those that contradict the others.
 
 use crate::observations::satellite::System;
 
@@ -14,7 +14,7 @@ pub(crate) const GROUPS: [&[System]; 6] = [
 
 /// Fixes without a group from which it is left out for good.
 const LEAST_FIXES: u32 = 10;
-/// Fixes without a suspected group for each with it.
+/// Number of fixes without a suspected group for each fix with it.
 const LEAST_ODDS: u32 = 10;
 
 /// A frequency slot of a group of systems, by its index in [`GROUPS`].
@@ -39,7 +39,7 @@ struct Record {
     without: u32,
 }
 
-/// Which groups fixes were found with and without so far, and those left out for good.
+/// Number of fixes with and without each group so far, and the groups left out for good.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SuspectGroups {
     records: Vec<Record>,
@@ -59,7 +59,7 @@ impl SuspectGroups {
         &self.left_out
     }
 
-    /// Whether a group may be what contradicts: few fixes were found with it, for those without.
+    /// Whether a group may cause the contradiction: few fixes were found with it, relative to those without.
     pub(crate) fn may_contradict(&self, group: SignalGroup) -> bool {
         let record = self.records.iter().find(|r| r.group == group);
         record.is_none_or(|r| r.without >= LEAST_ODDS * r.with)

@@ -1,5 +1,4 @@
-//! Zero differences: what a receiver measured minus what geometry, clocks and the dry troposphere
-//! predict.
+//! Zero differences: measurements minus the prediction by geometry, clocks and the dry troposphere.
 
 use super::constellation::{SatelliteState, Unusable};
 use super::measurement::Epoch;
@@ -21,14 +20,14 @@ pub(crate) struct ZeroDifference {
     pub code_m: [f64; FREQUENCY_SLOTS],
     /// Carrier-to-noise density (dB-Hz).
     pub cn0_db_hz: [f64; FREQUENCY_SLOTS],
-    /// How far that is below the usual (dB).
+    /// C/N₀ below its usual value (dB).
     pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     /// Noise over carrier power in one hertz.
     pub noise_power: [f64; FREQUENCY_SLOTS],
     /// Receiver to satellite.
     pub unit_ecef: [f64; 3],
     /// Derivative of the residuals with respect to the receiver's position: that direction and, where the
-    /// troposphere follows the height, what its delay loses upwards.
+    /// troposphere follows the height, the decrease of its delay upwards.
     pub by_position_ecef: [f64; 3],
     /// East and north of the direction to the satellite.
     pub horizontal: [f64; 2],

@@ -1,22 +1,22 @@
 //! Calibration of the float solution's noise by fixes.
 //!
-//! Where integers are held and confirmed, the float position's error is known: it lies where the
-//! fixed one does not. Its square in units of the stated covariance is one on average, if codes
-//! err as stated. Reflected signals that last longer than the log, or that delay all satellites of
-//! a side alike, show here and nowhere else. The phases' residuals say how large their own
-//! multipath is, which lasts for minutes: an ambiguity takes it along as it changes.
+//! Where integers are held and confirmed, the float position's error is known: its difference from the fixed
+//! position. The square of this error in units of the stated covariance is one on average, if the codes'
+//! errors are as stated. Reflections that last longer than the log, or that delay all satellites of a side
+//! equally, show only here. The phases' residuals give the size of the phases' multipath, which lasts for
+//! minutes: an ambiguity follows it.
 
 use crate::linear::outliers::median;
 use acerra_geo::time::GpsTime;
 
-/// Time (s) over which a satellite's codes are averaged to see what lasts: thrice the largest lag at
-/// which their varying is looked at.
+/// Time (s) over which a satellite's codes are averaged to find their lasting error: three times the largest
+/// lag of the semivariogram.
 pub(crate) const SPAN_S: f64 = 900.0;
 /// Time (s) after which reflections are others: one float error in each such span counts.
 const CORRELATION_S: f64 = 100.0;
-/// The same of phases (s), where too few are fixed to measure it. A reflection from the ground a
-/// height h below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for
-/// h = 1 m and satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
+/// The time for phases (s), where too few are fixed to measure it. A reflection from the ground a height h
+/// below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for h = 1 m and
+/// satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
 pub(crate) const PHASE_CORRELATION_S: f64 = 300.0;
 /// Weight of the noise as measured beforehand, in such spans.
 const PRIOR_SPANS: f64 = 2.0;
@@ -48,13 +48,13 @@ pub(crate) struct FloatMisfit {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Misfit {
     pub time: GpsTime,
-    /// The same of the float position, where the fix is by integers held.
+    /// Error of the float position, where the fix is by held integers.
     pub float: Option<FloatMisfit>,
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase: Option<[f64; 2]>,
 }
 
-/// How the noise differs from what was measured beforehand.
+/// Ratio of the noise to its earlier estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Calibration {
     /// Factor on the codes' variance.
@@ -78,9 +78,9 @@ impl Calibration {
 
     /// From the misfits of a pass, in its order.
     ///
-    /// `rise_per_s` is that of the residuals' semivariance, in units of the model's variance;
-    /// `lasting_ratio` how much larger the variance of averaged codes was measured than the pass
-    /// assumed, and `expected_share` that expected over that which guards the integers.
+    /// `rise_per_s` is the rate of rise of the residuals' semivariance, in units of the model's variance;
+    /// `lasting_ratio` is the variance of averaged codes as measured over that assumed in the pass, and
+    /// `expected_share` the expected variance over the one that guards the integers.
     pub(crate) fn of(
         pass: &[Misfit],
         rise_per_s: Option<f64>,
@@ -99,8 +99,8 @@ impl Calibration {
             (mean * spans + PRIOR_SPANS * prior) / (spans + PRIOR_SPANS)
         };
         let code_factor = factor(|m| m.whole, 1.0, spans).clamp(1.0, LARGEST_FACTOR);
-        // What lasts is drawn once a span: that it is large is seen, that it happens to be small
-        // says little of other satellites.
+        // The lasting error is drawn once a span: a large one is seen, a small one by chance does not show
+        // that other satellites' errors are small.
         let draws = (length_s / SPAN_S).max(1.0);
         let float_factor = |of: fn(&FloatMisfit) -> f64| {
             let within = |spans| factor(of, expected_share, spans);

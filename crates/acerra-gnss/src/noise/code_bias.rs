@@ -1,11 +1,11 @@
 //! Lasting errors of codes, measured where integers are known.
 //!
-//! Code minus phase shows how codes vary, but not their constant error, which the ambiguity absorbs. At a fix the phases say where the receiver is, to centimetres, and the codes' residuals
-//! are their errors themselves. The mean of a satellite's residuals over a time in which what
-//! varies averages out is what lasts: receivers' delays that differ between signals, and
-//! reflections that turn more slowly than the log is long. Its mean square over the satellites of
-//! a system, less the variance that what varies leaves in such a mean, is the variance of what
-//! lasts (the method of moments of variance components).
+//! Code minus phase shows how codes vary, but not their constant error, which the ambiguity absorbs. At a fix
+//! the phases determine the receiver's place to centimetres, and the codes' residuals are their errors. The
+//! mean of a satellite's residuals over a time in which the varying part averages out is the lasting part:
+//! receivers' delays that differ between signals, and reflections that turn more slowly than the log is long.
+//! The mean square of these means over the satellites of a system, less the variance that the varying part
+//! has in a mean, is the variance of the lasting part (the method of moments of variance components).
 
 use std::collections::BTreeMap;
 
@@ -16,19 +16,19 @@ use super::phase_walk::FixResiduals;
 use crate::measurements::constellation::Constellation;
 use crate::observations::satellite::System;
 
-/// Degrees of freedom that the variance assumed beforehand weighs.
+/// Degrees of freedom that the prior variance counts as.
 const PRIOR_FREEDOM: f64 = 2.0;
 
 /// System and frequency slot.
 type Group = (System, usize);
 
-/// Variances of what lasts, in units of the model's.
+/// Variances of the lasting part, in units of the model's.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LastingBiases {
     /// Of each system and slot with fixes.
     pub variances: BTreeMap<Group, Lasting>,
-    /// Variance of codes averaged over a span as measured over that assumed, over all groups; 1
-    /// where nothing is measured.
+    /// Variance of codes averaged over a span as measured over that assumed, over all groups; 1 without
+    /// measurements.
     pub ratio: f64,
 }
 
@@ -39,7 +39,8 @@ struct Mean {
     count: usize,
 }
 
-/// Squares of means about zero, their degrees of freedom, and the variance that what varies leaves.
+/// Squares of means about zero, their degrees of freedom, and the variance of such a mean by the varying
+/// part.
 #[derive(Default)]
 struct Moments {
     squares: f64,
@@ -48,7 +49,7 @@ struct Moments {
 }
 
 impl LastingBiases {
-    /// From the codes' residuals at the fixes of a pass, where `noise` is what was assumed.
+    /// From the codes' residuals at the fixes of a pass; `noise` is the noise that the pass assumed.
     pub(crate) fn of(
         fixes: &[FixResiduals<'_>],
         constellation: &Constellation,

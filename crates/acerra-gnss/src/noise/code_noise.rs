@@ -1,14 +1,14 @@
 //! The codes' true noise and its correlation in time, measured from code minus phase.
 //!
-//! Code minus phase of one satellite is free of geometry and clocks. Differenced between rover and
-//! base it is free of the ionosphere too: what changes in it while no cycle slips is code noise
-//! and multipath. Half the mean square of its change over a lag τ is σ²·(1 − ρ(τ)), the
-//! semivariogram: its sill is the variance, and the way there is the autocorrelation ρ.
+//! Code minus phase of one satellite is free of geometry and clocks. The difference between rover and base is
+//! free of the ionosphere too: while no cycle slips, it changes by code noise and multipath. Half the mean
+//! square of its change over a lag τ is σ²·(1 − ρ(τ)), the semivariogram: its sill is the variance, and its
+//! rise gives the autocorrelation ρ.
 //!
-//! Multipath lasts for minutes at a receiver at rest and for seconds at one that flies. Taken
-//! for white noise it would average out ten times faster than it does, and float ambiguities would
-//! be called certain that are cycles off. The mean of n samples has the variance
-//! V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the weight 1/V(n) − 1/V(n−1).
+//! Multipath lasts for minutes at a receiver at rest and for seconds at a flying one. Modelled as white noise
+//! it would average out ten times too fast, and float ambiguities that are cycles off would count as certain.
+//! The mean of n samples has the variance V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the
+//! weight 1/V(n) − 1/V(n−1).
 
 use super::calibration::Calibration;
 use super::correlated::{CodeNoise, Lasting};
@@ -56,7 +56,7 @@ impl MeasuredNoise {
         self.float_factors
     }
 
-    /// Share of what lasts in the variance of the mean of `count` codes.
+    /// Share of the lasting part in the variance of the mean of `count` codes.
     pub(crate) fn lasting_share(&self, count: usize) -> f64 {
         let [lasting, varying] = self.sums(count, |lasting| lasting.expected);
         lasting / (lasting + varying)
@@ -69,7 +69,8 @@ impl MeasuredNoise {
         expected.iter().sum::<f64>() / guarded.iter().sum::<f64>()
     }
 
-    /// Sums over all groups of what lasts, and of the variances of means of `count` codes without.
+    /// Sums over all groups of the variances of the lasting part, and of the variances of means of `count`
+    /// codes without it.
     fn sums(&self, count: usize, of: impl Fn(Lasting) -> f64) -> [f64; 2] {
         let all = self.groups.iter().flatten();
         all.fold([0.0; 2], |[lasting, varying], noise| {
@@ -80,7 +81,7 @@ impl MeasuredNoise {
         })
     }
 
-    /// This noise with what lasts as `lasting` has it for each system and slot.
+    /// This noise with the lasting part of `lasting` for each system and slot.
     pub(crate) fn with_lasting(
         mut self,
         lasting: impl IntoIterator<Item = ((System, usize), Lasting)>,

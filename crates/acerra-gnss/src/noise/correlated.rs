@@ -1,12 +1,12 @@
-//! Noise of a code that is correlated in time: what a further sample of it brings.
+//! Noise of a code that is correlated in time: the information of a further sample.
 
 /// A semivariogram rises still where its last value exceeds that at half the lag by this factor.
 const RISING: f64 = 1.25;
 /// Variance factors are kept within these bounds.
 const VARIANCE_FACTORS: [f64; 2] = [0.01, 100.0];
-/// The same of multipath, over the variance of what varies.
+/// Variance of multipath over that of the varying part.
 const LASTING_SHARE: f64 = 0.25;
-/// Samples of one ambiguity after which each further one brings as much as the last counted.
+/// Samples of one ambiguity after which each further one has the information of the last counted.
 const LARGEST_COUNT: usize = 1_000;
 /// Least information of a sample, in units of the first's.
 const LEAST_INFORMATION: f64 = 1e-4;
@@ -16,15 +16,15 @@ const LEAST_INFORMATION: f64 = 1e-4;
 pub(crate) struct CodeNoise {
     /// Variance of a single code.
     pub(super) variance_factor: f64,
-    /// Variance of the n-th sample of a constant, by its new information, over that of the first.
+    /// Variance of the n-th sample of a constant, by its additional information, over that of the first.
     sample_factors: Vec<f64>,
-    /// Variance of the mean of n samples of what varies.
+    /// Variance of the mean of n samples of the varying part.
     mean_factors: Vec<f64>,
-    /// Variance of what lasts longer than any lag.
+    /// Variance of the part that lasts longer than any lag.
     pub(super) lasting: Lasting,
 }
 
-/// Variance of what lasts, in units of the model's.
+/// Variance of the lasting part, in units of the model's.
 ///
 /// A variance assumed too small makes wrong integers look certain, one assumed too large makes
 /// float positions look worse than they are: the first is guarded against, the second is stated.
@@ -32,18 +32,18 @@ pub(crate) struct CodeNoise {
 pub(crate) struct Lasting {
     /// An upper bound for the weights of codes and the trust in integers.
     pub guarded: f64,
-    /// What is expected, for the errors that float positions state.
+    /// The expected variance, for the errors that float positions state.
     pub expected: f64,
 }
 
 impl Lasting {
-    /// Of the codes' model: nothing lasts.
+    /// By the codes' model: no lasting part.
     const NONE: Self = Self {
         guarded: 0.0,
         expected: 0.0,
     };
 
-    /// Either variance changed in the same way.
+    /// Both variances changed by one factor.
     pub(crate) fn map(self, change: impl Fn(f64) -> f64) -> Self {
         Self {
             guarded: change(self.guarded),
@@ -53,7 +53,7 @@ impl Lasting {
 }
 
 impl CodeNoise {
-    /// The model's own: white, as large as stated.
+    /// The model's own noise: white, as large as stated.
     pub(super) fn model() -> Self {
         Self {
             variance_factor: 1.0,
@@ -63,7 +63,7 @@ impl CodeNoise {
         }
     }
 
-    /// Noise of this variance and autocorrelation at lags of 1, 2, … epochs, besides what lasts
+    /// Noise of this variance and autocorrelation at lags of 1, 2, … epochs, without the part that lasts
     /// longer than any lag; `delays` are the variances of receivers' delays.
     pub(super) fn new(varying: f64, delays: Lasting, correlation: impl Fn(usize) -> f64) -> Self {
         let (mut sum, mut moment) = (0.0, 0.0);
@@ -98,17 +98,17 @@ impl CodeNoise {
         }
     }
 
-    /// This noise with another variance of what lasts.
+    /// This noise with another variance of the lasting part.
     pub(crate) fn with_lasting(&self, lasting: Lasting) -> Self {
         Self::with_means(self.mean_factors.clone(), lasting)
     }
 
-    /// Variance of what lasts longer than any lag.
+    /// Variance of the part that lasts longer than any lag.
     pub(crate) fn lasting(&self) -> Lasting {
         self.lasting
     }
 
-    /// Variance of the mean of `count` codes without what lasts.
+    /// Variance of the mean of `count` codes without the lasting part.
     pub(crate) fn mean_factor(&self, count: usize) -> f64 {
         let last = self.mean_factors.len() - 1;
         self.mean_factors[count.saturating_sub(1).min(last)]
@@ -141,7 +141,7 @@ pub(super) fn noise_from_semivariogram(
     }
     let correlation = |lag: usize| {
         let value = if lag >= last_lag {
-            // Beyond what was measured the curve goes on as steeply as it ended, to its sill.
+            // Beyond the measured lags the curve continues with its last slope up to its sill.
             let slope = if rising {
                 2.0 * (last - halfway) / last_lag as f64
             } else {

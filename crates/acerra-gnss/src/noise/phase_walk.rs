@@ -1,11 +1,10 @@
 //! How fast phases wander by their multipath, measured from the residuals of fixes.
 //!
-//! The residuals of a fix are free of geometry, clocks and ambiguities. Half the mean square of
-//! their change over a lag is their semivariance: it starts at the noise that is new in every
-//! epoch, and rises by the multipath, which lasts. A float ambiguity takes the latter along. Its
-//! random walk is given the mean rate of that rise over the time for which codes are averaged:
-//! for multipath that lasts longer this is its initial rate, 2σ²/τ of a Gauss–Markov process; of
-//! multipath that is quicker only σ² counts, whatever it does in between.
+//! The residuals of a fix are free of geometry, clocks and ambiguities. Half the mean square of their change
+//! over a lag is their semivariance: it starts at the white noise and rises by the lasting multipath. A float
+//! ambiguity follows the multipath. Its random walk has the mean rate of that rise over the time for which
+//! codes are averaged: for multipath that lasts longer this is its initial rate, 2σ²/τ of a Gauss–Markov
+//! process; for quicker multipath only σ² counts.
 
 use crate::linear::outliers::{Standardised, median};
 use crate::measurements::common::Common;
@@ -15,7 +14,7 @@ use acerra_geo::time::GpsTime;
 const LARGEST_LAG_S: f64 = 100.0;
 /// Changes that a lag needs.
 const LEAST_CHANGES: usize = 100;
-/// Changes beyond this many robust standard deviations count as that many.
+/// Changes beyond this many robust standard deviations are clipped.
 const LARGEST_SIGMA: f64 = 4.0;
 
 /// Residual of one satellite's phase or code after a fix.

@@ -1,11 +1,10 @@
 //! Factors on the variances of an epoch's codes: noise above the usual, and outliers.
 //!
-//! The noise measured over a whole log does not hold for a minute under trees or next to a wall, where
-//! reflected signals are metres late. The codes of one epoch among themselves do: their residuals
-//! about the epoch's own position by codes have a robust scale, by which all of them are weakened,
-//! and single outliers are weakened further, as Huber's estimator does (Huber 1964,
-//! "Robust estimation of a location parameter"; Yang, He and Xu 2001, "Adaptively robust filtering
-//! for kinematic geodetic positioning", J. Geodesy 75).
+//! The noise measured over a whole log is too small for a minute under trees or next to a wall, where
+//! reflected signals are metres late. The codes of one epoch show this: the robust scale of their residuals
+//! about the epoch's position by codes reduces the weight of all codes, and single outliers are reduced
+//! further, by Huber's estimator (Huber 1964, "Robust estimation of a location parameter"; Yang, He and Xu
+//! 2001, "Adaptively robust filtering for kinematic geodetic positioning", J. Geodesy 75).
 
 use crate::linear::double_row::DoubleRow;
 use crate::linear::outliers::median;
@@ -17,7 +16,7 @@ const HUBER: f64 = 1.345;
 const ITERATIONS: usize = 5;
 /// Weight of the noise measured over the log, in degrees of freedom of the epoch.
 const PRIOR_FREEDOM: f64 = 6.0;
-/// Least degrees of freedom from which an epoch's residuals say anything.
+/// Least degrees of freedom from which an epoch's residuals are used.
 const LEAST_FREEDOM: usize = 3;
 /// 1.4826 median absolute deviations of normal errors are a standard deviation.
 const SIGMA_PER_MAD: f64 = 1.482_6;
@@ -53,7 +52,7 @@ pub(crate) fn inflation(rows: &[DoubleRow], satellites: usize) -> Inflation {
             return inflation;
         };
         let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        // What the position and the offsets took is missing from the residuals.
+        // The residuals lack the part that the position and the offsets absorbed.
         let took = members.len() as f64 / freedom as f64;
         let own = (SIGMA_PER_MAD * median(sizes)).powi(2) * took;
         let freedom = freedom as f64;
@@ -66,7 +65,7 @@ pub(crate) fn inflation(rows: &[DoubleRow], satellites: usize) -> Inflation {
             changed |= weight != member.weight;
             member.weight = weight;
         }
-        // The same weights lead to the same residuals.
+        // Equal weights give equal residuals.
         if !changed {
             break;
         }

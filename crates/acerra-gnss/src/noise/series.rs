@@ -15,13 +15,13 @@ use crate::orbits::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::stations::epoch_input::RoverEpoch;
 use acerra_geo::geodesy::EnuFrame;
 
-/// Largest lag looked at (s): beyond it multipath is no longer the same reflection.
+/// Largest lag (s): beyond it multipath is another reflection.
 const LARGEST_LAG_S: f64 = 300.0;
 /// Epochs that lags start from, at most.
 const LARGEST_STARTS: usize = 600;
 /// Differences that a lag needs.
 const LEAST_DIFFERENCES: usize = 40;
-/// Differences beyond this many robust standard deviations count as that many.
+/// Differences beyond this many robust standard deviations are clipped.
 const LARGEST_SIGMA: f64 = 4.0;
 /// Standard deviations at the zenith of biases that last longer than any lag: receivers' delays
 /// that differ between satellites' signals (m). Correlators that see a chip's edge a nanosecond
@@ -57,7 +57,7 @@ struct Sample {
     satellite: usize,
     system: usize,
     slot: usize,
-    /// Slips so far of rover and base: the ambiguity is the same while they are.
+    /// Slips so far of rover and base: the ambiguity is constant while the counts are.
     slips: [u32; 2],
     code_minus_phase_m: f64,
     /// Variance that the model states (m²).
@@ -153,8 +153,8 @@ impl Series {
         noise_from_semivariogram(&curve, self.delays)
     }
 
-    /// Mean over all pairs of epochs this far apart of half the squared change, in units of the
-    /// model's variance; what all satellites of an epoch share is taken off.
+    /// Mean over all pairs of epochs this far apart of half the squared change, in units of the model's
+    /// variance; the part common to all satellites of an epoch is removed.
     fn semivariance(
         &self,
         lag: usize,

@@ -10,7 +10,7 @@ use super::observation::{EPOCH_TOLERANCE_S, ObservationData, ObservationEpoch};
 const GAP_INTERVALS: f64 = 1.5;
 /// Approximate positions farther apart than this (m) are of two places.
 const SAME_PLACE_M: f64 = 10.0;
-/// Pseudoranges of one receiver at one time tag differ by no more than what files round (m).
+/// Largest difference of pseudoranges of one receiver at one time tag between files, by rounding (m).
 const SAME_RANGE_M: f64 = 0.01;
 
 /// One file of a receiver.
@@ -22,7 +22,7 @@ pub struct LogPart {
     pub data: ObservationData,
 }
 
-/// What was noticed while files were joined, in order of time.
+/// Remarks on joining the files, in order of time.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum JoinRemark {
@@ -34,7 +34,7 @@ pub enum JoinRemark {
         span: (GpsTime, GpsTime),
         /// Epochs in both.
         epochs: usize,
-        /// Epochs whose pseudoranges differ between the files, as those of two receivers would.
+        /// Epochs whose pseudoranges differ between the files by more than rounding: two receivers.
         contradicting: usize,
     },
     /// No epochs between one file and the next for longer than the usual interval.
@@ -108,7 +108,7 @@ impl fmt::Display for JoinRemark {
                 antennas: [x, y],
             } => write!(
                 f,
-                "{a} has antenna {x:?}, {b} has {y:?}: that of {a} is taken"
+                "{a} has antenna {x:?}, {b} has {y:?}: that of {a} is used"
             ),
             Self::Place {
                 files: [a, b],
@@ -122,11 +122,10 @@ impl fmt::Display for JoinRemark {
     }
 }
 
-/// Joins the files of one receiver into one log, in order of time whatever the order given.
+/// Joins the files of one receiver into one log, in order of time for any order of the files.
 ///
-/// The station is that of the earliest file; what it leaves blank comes from the later ones. Epochs
-/// in two files are taken once: the earlier file's, with the satellites that only the later one
-/// has.
+/// The station is that of the earliest file; fields that it leaves blank come from later ones. Epochs in two
+/// files are used once: the earlier file's, with the satellites that only the later one has.
 ///
 /// ```
 /// use acerra_gnss::{LogPart, ObservationData, join_logs};
@@ -162,7 +161,7 @@ pub fn join_logs(parts: Vec<LogPart>) -> (ObservationData, Vec<JoinRemark>) {
     (joined.data, remarks)
 }
 
-/// In what the headers of two files disagree.
+/// Fields in which the headers of two files disagree.
 fn station_remarks(first: &LogPart, later: &LogPart) -> Vec<JoinRemark> {
     let files = || [first.name.clone(), later.name.clone()];
     let (a, b) = (&first.data.station, &later.data.station);
@@ -192,8 +191,8 @@ fn station_remarks(first: &LogPart, later: &LogPart) -> Vec<JoinRemark> {
     out
 }
 
-/// Puts a file behind those already joined; the name of the result is that of the later file, which
-/// the next one meets.
+/// Appends a file to those already joined; the result has the name of the later file, for remarks on the
+/// next.
 fn append(mut joined: LogPart, later: LogPart, remarks: &mut Vec<JoinRemark>) -> LogPart {
     let files = [joined.name, later.name.clone()];
     let usual_s = usual_interval_s(&joined.data.epochs);

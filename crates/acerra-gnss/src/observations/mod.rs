@@ -1,4 +1,4 @@
-//! What a receiver measured: satellites, signals, epochs, and the choice of signals.
+//! Observations of a receiver: satellites, signals, epochs, and the choice of signals.
 
 pub(crate) mod join;
 pub(crate) mod observation;

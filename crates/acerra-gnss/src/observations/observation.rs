@@ -1,4 +1,4 @@
-//! What a receiver measured: epochs of code, phase, Doppler and signal strength.
+//! Observations of a receiver: epochs of code, phase, Doppler and signal strength.
 
 use super::satellite::SatelliteId;
 use super::signal::{FREQUENCY_SLOTS, SignalCode};
@@ -133,7 +133,7 @@ pub struct AntennaOffset {
     pub north_m: f64,
 }
 
-/// What the file says about the receiver and its place.
+/// The file's data on the receiver and its place.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StationInfo {
     /// Marker name, empty when not given.

@@ -10,9 +10,9 @@ use super::signal::{FREQUENCY_SLOTS, SignalCode};
 /// How the signal of a slot is chosen among those a receiver tracks.
 #[derive(Debug, Clone, Default)]
 pub enum SignalChoice {
-    /// One signal per system and slot for the whole file: the best of those listed here (the
-    /// header's). A satellite without it has an empty slot, so no satellite ever changes signal.
-    /// RTKLIB's rule for RINEX 3.
+    /// One signal per system and slot for the whole file: the best of those listed here (the header's). A
+    /// satellite without this signal has an empty slot, so that no satellite ever changes signal. RTKLIB's
+    /// rule for RINEX 3.
     PerFile(HashMap<(System, usize), SignalCode>),
     /// For each satellite and epoch the best signal that has a pseudorange. RTKLIB's rule for
     /// RINEX 2 and for raw logs.
@@ -67,8 +67,8 @@ pub fn rank(system: System, code: SignalCode) -> Option<usize> {
     order.find(code.attribute)
 }
 
-/// The epoch with one signal per slot, satellites ascending; satellites left without any signal
-/// are not in it.
+/// The epoch with one signal per slot, satellites ascending; satellites without any of these signals are left
+/// out.
 pub fn select_signals(epoch: &RecordedEpoch, choice: &SignalChoice) -> ObservationEpoch {
     let mut satellites: Vec<SatelliteObservation> = epoch
         .satellites

@@ -76,8 +76,8 @@ pub struct PpkOptions {
     /// Keep integers outside the filter, so that they can be withdrawn, rather than feed them back
     /// into it ([`RuleSet::Rtklib`]).
     pub revisable_hold: bool,
-    /// Where fixing is poor, try other settings and take what they agree on better: a hold within
-    /// the filter, and a C/N₀ mask where none is set.
+    /// Where fixing is poor, try other settings and use the fixes on which the passes agree better: a hold
+    /// within the filter, and a C/N₀ mask where none is set.
     pub try_alternatives: bool,
     /// Partial ambiguity resolution, if any.
     pub partial_ambiguity: Option<PartialAmbiguity>,
@@ -93,11 +93,11 @@ pub struct PpkOptions {
     pub max_phase_innovation_m: f64,
     /// Largest code innovation (m).
     pub max_code_innovation_m: f64,
-    /// Largest phase residual in units of its standard deviation: satellites beyond it are left
-    /// out of the epoch, and of a fix; `None` checks nothing.
+    /// Largest phase residual in units of its standard deviation: satellites beyond it are left out of the
+    /// epoch, and of a fix; `None` disables the check.
     pub max_phase_residual_sigma: Option<f64>,
-    /// Largest code residual in units of its standard deviation: satellites beyond it are left out
-    /// of the epoch, and one that begins there begins later; `None` checks nothing.
+    /// Largest code residual in units of its standard deviation: satellites beyond it are left out of the
+    /// epoch, and a satellite that would begin there begins later; `None` disables the check.
     pub max_code_residual_sigma: Option<f64>,
     /// Least probability, from the covariance of the float ambiguities, that integers which pass
     /// the ratio test are the right ones; `None` asks the ratio alone, which a wrong set passes
@@ -121,21 +121,21 @@ pub struct PpkOptions {
     /// Phase error of a signal of [`CN0_REFERENCE_DB_HZ`](Self::CN0_REFERENCE_DB_HZ); a weaker
     /// one's variance is ten times larger for every 10 dB (m). 0 leaves signal strength out.
     pub phase_error_cn0_m: f64,
-    /// Weaken signals that are this much (dB) below their own usual strength, as one blocked or
-    /// bent by an obstacle is: the standard deviation grows tenfold for every further 10 dB.
-    /// `None` weakens none. Undisturbed signals are weighed as without.
+    /// Reduce the weight of signals that are this much (dB) below their own usual strength, as signals
+    /// blocked or bent by an obstacle are: the standard deviation grows tenfold for every further 10 dB.
+    /// `None` disables this. Undisturbed signals keep their weight.
     pub weak_signal_drop_db: Option<f64>,
-    /// Weigh weak signals by their C/N₀ where that says more noise than their elevation does; those
-    /// of usual strength are weighed as without.
+    /// Weight weak signals by their C/N₀ where it implies more noise than their elevation does; signals of
+    /// usual strength keep their weight.
     pub weigh_weak_signals: bool,
     /// Doppler error (Hz).
     pub doppler_error_hz: f64,
     /// Initial standard deviation of a phase bias (cycles).
     pub initial_bias_cycles: f64,
     /// Standard deviation with which a kinematic filter without dynamics takes its position from the
-    /// single-point solution at every epoch (m). RTKLIB's 30 m, taken for new each time, are 0.9 m after
-    /// 1,200 epochs, and the error of single-point positions, metres for hours and mostly in height, draws
-    /// float positions by decimetres.
+    /// single-point solution at every epoch (m). RTKLIB's 30 m, treated as independent at each epoch, are 0.9
+    /// m after 1,200 epochs, and the error of single-point positions, metres for hours and mostly in height,
+    /// biases float positions by decimetres.
     pub single_point_sigma_m: f64,
     /// Process noise of phase biases (cycles/√s).
     pub bias_noise_cycles: f64,
@@ -156,8 +156,8 @@ pub struct PpkOptions {
     pub base_calibration: Option<Arc<AntennaCalibration>>,
     /// Leave out satellites one by one when a single-point position fails its validation.
     pub raim: bool,
-    /// Let the rover's tropospheric delay change with its estimated height. RTKLIB keeps the delay
-    /// at the single-point height, which is metres off: 5 m draw the estimated height by 5 to 10 mm.
+    /// Let the rover's tropospheric delay change with its estimated height. RTKLIB keeps the delay at the
+    /// single-point height, which is metres off: 5 m bias the estimated height by 5 to 10 mm.
     pub troposphere_follows_height: bool,
     /// Threads used; 0 means as many as the processor has. The answer does not depend on it.
     pub threads: usize,

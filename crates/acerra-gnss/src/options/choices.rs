@@ -1,4 +1,4 @@
-//! What the settings choose among.
+//! Choices of the settings.
 
 use crate::observations::signal::FREQUENCY_SLOTS;
 
@@ -11,10 +11,10 @@ pub enum PositioningMode {
     Dgps,
     /// Carrier phase, moving rover.
     Kinematic,
-    /// Carrier phase, rover standing still for the whole file.
+    /// Carrier phase, rover at rest for the whole file.
     Static,
-    /// Carrier phase between two receivers that both move, such as two antennas on one vehicle: the
-    /// base is where its own codes say at each epoch, and the vector from it to the rover is
+    /// Carrier phase between two receivers that both move, such as two antennas on one vehicle: the base's
+    /// place at each epoch is by its own codes, and the vector from base to rover is
     /// [`Solution::baseline`](crate::Solution::baseline).
     MovingBase,
 }
@@ -27,7 +27,7 @@ impl PositioningMode {
     }
 }
 
-/// What is known of the length of a moving base's baseline.
+/// Known length of a moving base's baseline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaselineLength {
     /// Distance between the antennas' phase centres (m).
@@ -48,8 +48,8 @@ pub enum FilterDirection {
     /// Both, the backward pass starting from the state the forward pass ended with, then merged.
     ///
     /// Where fixes must be confirmed ([`min_success_rate`](crate::PpkOptions::min_success_rate)) and
-    /// ambiguities are kept between epochs, as [`Combined`](Self::Combined): a pass that starts from
-    /// another's integers confirms none of them.
+    /// ambiguities are kept between epochs, as [`Combined`](Self::Combined): a pass that starts from another
+    /// pass's integers confirms none of these.
     CombinedWithoutReset,
 }
 
@@ -112,7 +112,7 @@ pub struct Cn0Mask {
 }
 
 impl Cn0Mask {
-    /// The same least C/N₀ (dB-Hz) at every elevation and frequency, for rover and base.
+    /// One least C/N₀ (dB-Hz) at every elevation and frequency, for rover and base.
     #[must_use]
     pub const fn uniform(min_db_hz: f64) -> Self {
         Self {

@@ -1,8 +1,8 @@
-//! Rules of other programs that the engine can follow to the letter: RTKLIB 2.4.3 b34 with its defects,
-//! and the demo5 branch (RTKLIB-EX).
+//! Rules of other programs that the engine can follow exactly: RTKLIB 2.4.3 b34 with its defects, and the
+//! demo5 branch (RTKLIB-EX).
 //!
-//! Every difference from the engine's own rules is one method here, so that the engine names what it
-//! does and not which program does it. Sources: RTKLIB 2.4.3 b34 and RTKLIB-EX 2.5.1, as they behave.
+//! Every difference from the engine's own rules is one method here, so that the engine names the rule and not
+//! the program. Sources: RTKLIB 2.4.3 b34 and RTKLIB-EX 2.5.1, as they behave.
 
 use super::all::PpkOptions;
 use super::choices::{AmbiguityMode, PartialAmbiguity, PositioningMode, RuleSet};
@@ -42,7 +42,7 @@ impl PpkOptions {
             .max(1)
     }
 
-    /// Whether slips are looked for in Doppler shifts.
+    /// Whether slips are detected in Doppler shifts.
     pub(crate) fn detects_slips_by_doppler(&self) -> bool {
         self.policy().demo5 && self.doppler_slip_threshold_cycles_s > 0.0
     }
@@ -87,7 +87,7 @@ impl Policy {
         }
     }
 
-    /// Whether an ambiguity that begins waits as one that slipped does.
+    /// Whether a new ambiguity waits as one after a slip does.
     pub(crate) const fn new_ambiguities_wait(self) -> bool {
         self.demo5
     }
@@ -132,7 +132,7 @@ impl Policy {
         self.demo5
     }
 
-    /// Whether so many rejections in a row count as a slip.
+    /// Whether this number of rejections in a row counts as a slip.
     pub(crate) const fn is_slip(self, rejections: u32) -> bool {
         self.demo5 && rejections >= 2
     }
@@ -142,7 +142,7 @@ impl Policy {
         if self.demo5 { 4 } else { 1 }
     }
 
-    /// Whether so many double differences give a position by codes where phases are too few.
+    /// Whether this number of double differences gives a position by codes where phases are too few.
     pub(crate) const fn gives_position_by_codes(self, rows: usize) -> bool {
         self.demo5 && rows >= 4
     }

@@ -12,8 +12,8 @@ use crate::observations::signal::FREQUENCY_SLOTS;
 /// error, and codes further off than the limit of innovations, 30 m, are refused: that limit is three
 /// deviations of about 10 m, 50 cycles of L1.
 const LEAST_BIAS_CYCLES: f64 = 50.0;
-/// Deviation of a single-point position that says where differences are formed and nothing else (m): after
-/// 100,000 epochs it is still 3 m.
+/// Deviation of a single-point position that only serves to form differences (m): after 100,000 epochs it is
+/// still 3 m.
 const UNINFORMATIVE_SIGMA_M: f64 = 1e3;
 
 impl PpkOptions {
@@ -89,11 +89,10 @@ impl PpkOptions {
         }
     }
 
-    /// These options with what this crate does beyond RTKLIB switched on: base data interpolated
-    /// to the rover's tags, blocked or bent signals noticed by their strength and by their
-    /// residuals and left out, single-point positions mended by leaving out one satellite, the
-    /// noisiest satellites left out of a fix that fails with all, a tropospheric delay that follows
-    /// the height.
+    /// These options with the rules of this crate beyond RTKLIB enabled: base data interpolated to the
+    /// rover's tags, blocked or bent signals noticed by their strength and by their residuals and left out,
+    /// single-point positions repaired by leaving out one satellite, the noisiest satellites left out of a
+    /// fix that fails with all, a tropospheric delay that follows the height.
     ///
     /// Undisturbed data are processed as without, but for that delay: the answer then stays
     /// RTKLIB's to a millimetre horizontally, and to a few in height.
@@ -124,8 +123,8 @@ impl PpkOptions {
         }
     }
 
-    /// These options as they are used unless RTKLIB's very answer is wanted: by RTKLIB's rules with
-    /// the [safeguards](Self::with_safeguards); demo5's rules have their own.
+    /// The default form of these options, unless RTKLIB's exact answer is required: RTKLIB's rules with the
+    /// [safeguards](Self::with_safeguards); demo5's rules have separate safeguards.
     ///
     /// ```
     /// use acerra_gnss::PpkOptions;
@@ -162,7 +161,7 @@ impl PpkOptions {
         }
     }
 
-    /// The demo5 branch (RTKLIB-EX): what cheap receivers in motion need.
+    /// The demo5 branch (RTKLIB-EX): settings for cheap receivers in motion.
     #[must_use]
     pub fn demo5() -> Self {
         let systems = SystemSet::GPS

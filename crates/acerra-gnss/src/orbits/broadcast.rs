@@ -32,8 +32,8 @@ impl Ephemeris {
         rates(&self.orbit_at(t), &self.orbit_at(t + VELOCITY_STEP_S))
     }
 
-    /// Clock at satellite time `t`, without relativity (s): what turns the time a satellite put
-    /// on its signal into GPS time.
+    /// Clock at satellite time `t`, without relativity (s): the correction from the satellite's time stamp to
+    /// GPS time.
     #[must_use]
     pub fn clock_without_relativity_s(&self, t: GpsTime) -> f64 {
         let (reference, [a0, a1, a2]) = match self {
@@ -60,7 +60,7 @@ fn rates(a: &OrbitState, b: &OrbitState) -> OrbitRates {
     }
 }
 
-/// An ephemeris that is asked for many times.
+/// An ephemeris for repeated evaluation.
 pub(crate) struct Broadcast {
     pub ephemeris: Ephemeris,
     nodes: GlonassNodes,
@@ -76,8 +76,7 @@ impl From<Ephemeris> for Broadcast {
 }
 
 impl Broadcast {
-    /// As [`Ephemeris::orbit_at`], and with rates as [`Ephemeris::rates_at`] where they are asked
-    /// for.
+    /// As [`Ephemeris::orbit_at`], and with rates as [`Ephemeris::rates_at`] where requested.
     pub(crate) fn state_at(
         &self,
         t: GpsTime,

@@ -10,8 +10,8 @@ const MU_GLONASS: f64 = 3.986_004_4e14;
 const J2_GLONASS: f64 = 1.082_625_7e-3;
 const EARTH_RADIUS_GLONASS_M: f64 = 6_378_136.0;
 const STEP_S: f64 = 60.0;
-/// Longest integration (s): the selection of ephemerides limits it to half an hour; anything longer
-/// is an extrapolation that means nothing, and must not take forever.
+/// Longest integration (s): the selection of ephemerides limits it to half an hour; a longer extrapolation is
+/// meaningless, and its time must be bounded.
 const LONGEST_S: f64 = 86_400.0;
 /// Steps either way whose ends are kept: half an hour.
 const NODES: usize = 30;
@@ -19,11 +19,11 @@ const NODES: usize = 30;
 /// Position (m) and velocity (m/s).
 type StateVector = [f64; 6];
 
-/// States of a satellite at whole minutes from its reference time, before and after, integrated
-/// where they are asked for first.
+/// States of a satellite at whole minutes from its reference time, before and after, integrated at the first
+/// call.
 ///
-/// Every integration takes these steps first and one shorter step then: states are the same, bit
-/// for bit, whether the whole minutes are kept or not.
+/// Every integration takes whole-minute steps first and one shorter step last: states are bitwise equal,
+/// whether the whole minutes are kept or not.
 #[derive(Default)]
 pub(crate) struct GlonassNodes {
     after: OnceLock<Vec<StateVector>>,

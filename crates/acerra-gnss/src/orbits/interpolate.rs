@@ -9,8 +9,8 @@ pub(super) const NODES: usize = 11;
 /// Steps between positions that differ by more than this factor hold a gap.
 const STEP_RATIO: f64 = 1.5;
 
-/// The eleven positions around `t`, as central as there are; `None` where `t` is not between the
-/// first and last of them or a step among them is longer than the others.
+/// The eleven positions around `t`, as central as possible; `None` where `t` is not between the first and the
+/// last position or a step is longer than the others.
 pub(super) fn window(nodes: &[(GpsTime, [f64; 3])], t: GpsTime) -> Option<&[(GpsTime, [f64; 3])]> {
     let after = nodes.partition_point(|(time, _)| *time <= t);
     let last_start = nodes.len().checked_sub(NODES)?;

@@ -1,4 +1,4 @@
-//! Satellites: broadcast and precise orbits and clocks, ranges to them, and delays on the way.
+//! Satellites: broadcast and precise orbits and clocks, ranges to them, and delays of their signals.
 
 pub(crate) mod atmosphere;
 pub(crate) mod bits;

@@ -165,7 +165,7 @@ impl Ephemeris {
         }
     }
 
-    /// Whether the satellite says it may be used (QZSS: the LEX bit is not looked at).
+    /// Whether the satellite declares itself usable (QZSS: the LEX bit is ignored).
     #[must_use]
     pub const fn is_healthy(&self) -> bool {
         match self {
@@ -209,7 +209,7 @@ pub struct Navigation {
     pub ephemerides: Vec<Ephemeris>,
     /// Ionosphere coefficients, the last ones read; `None` when absent or all zero.
     pub klobuchar: Option<Klobuchar>,
-    /// Precise orbits and clocks. A satellite that they hold is positioned by them alone.
+    /// Precise orbits and clocks. Satellites in them are positioned by them alone.
     pub precise: PreciseProducts,
 }
 
@@ -220,7 +220,7 @@ impl Navigation {
         self.ephemerides.is_empty() && self.precise.is_empty()
     }
 
-    /// Adds what another file holds; its ionosphere coefficients, if any, win.
+    /// Adds the data of another file; its ionosphere coefficients, if any, replace the earlier ones.
     pub fn merge(&mut self, other: Self) {
         self.precise.merge(other.precise);
         self.ephemerides.extend(other.ephemerides);
@@ -228,8 +228,8 @@ impl Navigation {
         self.normalise();
     }
 
-    /// Sorts by transmission time, reference time and satellite, and keeps the first of
-    /// neighbours that are the same issue of the same satellite.
+    /// Sorts by transmission time, reference time and satellite, and keeps the first of neighbours of one
+    /// issue and satellite.
     pub fn normalise(&mut self) {
         self.ephemerides
             .sort_by_key(|e| (e.transmission_time(), e.toe(), e.satellite()));

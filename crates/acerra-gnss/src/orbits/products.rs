@@ -1,4 +1,4 @@
-//! What precise products hold, and the state of a satellite from it.
+//! Precise products, and the state of a satellite by them.
 
 use std::collections::BTreeMap;
 
@@ -59,7 +59,7 @@ pub enum PreciseGap {
 
 /// Precise orbits (SP3) and clocks (SP3, RINEX clock files) of satellites.
 ///
-/// Positions are those of the centre of mass, in the products' terrestrial frame.
+/// Positions of the centre of mass, in the products' terrestrial frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PreciseProducts {
     /// Positions (ECEF, m).
@@ -98,7 +98,7 @@ impl PreciseProducts {
         Some((first, last))
     }
 
-    /// Adds what another file holds; of two values at one time the present one stays.
+    /// Adds the data of another file; of two values at one time the present one stays.
     pub fn merge(&mut self, other: Self) {
         for (satellite, series) in other.orbits {
             self.orbits.entry(satellite).or_default().extend(series);
@@ -120,7 +120,7 @@ impl PreciseProducts {
     /// to the user.
     ///
     /// # Errors
-    /// [`PreciseGap`] where there is nothing to interpolate between; nothing is extrapolated.
+    /// [`PreciseGap`] where interpolation is not possible; there is no extrapolation.
     pub fn state_at(&self, satellite: SatelliteId, t: GpsTime) -> Result<OrbitState, PreciseGap> {
         let (position_ecef_m, velocity) = self.motion_at(satellite, t)?;
         let product: f64 = (0..3).map(|k| position_ecef_m[k] * velocity[k]).sum();
@@ -147,8 +147,7 @@ impl PreciseProducts {
         })
     }
 
-    /// Clock at `t` without relativity (s): what turns the time a satellite put on its signal into
-    /// GPS time.
+    /// Clock at `t` without relativity (s): the correction from the satellite's time stamp to GPS time.
     ///
     /// # Errors
     /// [`PreciseGap::Satellite`] and [`PreciseGap::Clock`].

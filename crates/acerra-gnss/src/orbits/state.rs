@@ -6,7 +6,7 @@ pub(crate) const EARTH_ROTATION_RAD_S: f64 = 7.292_115_146_7e-5;
 /// Earth's rotation rate of CGCS2000 and PZ-90 (rad/s).
 pub(crate) const EARTH_ROTATION_CGCS_RAD_S: f64 = 7.292_115e-5;
 
-/// Where a satellite is and what its clock reads.
+/// Position and clock of a satellite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitState {
     /// Antenna position (ECEF at the same instant, m).

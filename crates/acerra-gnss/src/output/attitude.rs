@@ -12,7 +12,7 @@ use crate::solution::PpkSolution;
 /// `pitch_sigma_deg`, `length_m`, `length_sigma_m`.
 ///
 /// # Errors
-/// Those of the writer; [`io::ErrorKind::InvalidInput`] for a solution with a fixed base.
+/// Errors of the writer; [`io::ErrorKind::InvalidInput`] for a solution with a fixed base.
 pub fn write_attitudes(mut out: impl Write, solution: &PpkSolution) -> io::Result<()> {
     if solution.epochs.iter().any(|e| e.baseline.is_none()) {
         return Err(io::Error::new(

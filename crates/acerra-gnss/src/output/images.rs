@@ -11,7 +11,7 @@ use acerra_geo::geoid::GeoidGrid;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// As many images as events are needed, as nothing else shows which belong together.
+    /// The numbers of images and events must be equal, since nothing else assigns them.
     #[error("expected as many images as events: {events} events, found {images} images")]
     Counts {
         /// Events in the rover's log.
@@ -33,8 +33,8 @@ pub struct ImagePosition {
 /// Pairs images with events: the first image, in the order given, with the first event, and so on.
 ///
 /// # Errors
-/// [`ImageError::Counts`] where there are not as many of the ones as of the others. Nothing is
-/// guessed: one shutter pulse missed would put every later image in the wrong place.
+/// [`ImageError::Counts`] where the numbers differ. There is no guess: one missed shutter pulse would put
+/// every later image in the wrong place.
 pub fn position_images(
     images: &[String],
     solution: &PpkSolution,

@@ -1,5 +1,5 @@
-//! What a solution is written as, besides [RTKLIB's solution files](crate::pos): NMEA sentences,
-//! residuals, positions of images, headings of baselines.
+//! Output formats of a solution other than [RTKLIB's solution files](crate::pos): NMEA sentences, residuals,
+//! positions of images, headings of baselines.
 
 mod attitude;
 mod images;
@@ -13,8 +13,8 @@ pub use residuals::write_residuals;
 
 use crate::solution::PpkSolution;
 
-/// A solution without the epochs whose standard deviation along any axis (ECEF), with a moving base
-/// that of the baseline, is larger than `max_m`, and how many those are (RTKLIB's `out-maxsolstd`).
+/// A solution without the epochs whose standard deviation along any axis (ECEF), with a moving base that of
+/// the baseline, is larger than `max_m`, and the number of these epochs (RTKLIB's `out-maxsolstd`).
 #[must_use]
 pub fn within_sigma(solution: &PpkSolution, max_m: f64) -> (PpkSolution, usize) {
     let mut kept = solution.clone();

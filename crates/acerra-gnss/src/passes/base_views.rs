@@ -163,7 +163,7 @@ impl Prepared<'_> {
             }
         }
         let noise_age_s = if self.options.measure_code_noise {
-            // What an interpolation leaves of a wandering clock: nothing at either end.
+            // Error of interpolating a wandering clock: zero at either end.
             from_previous_s * -from_next_s / span_s
         } else {
             let policy = self.options.policy();

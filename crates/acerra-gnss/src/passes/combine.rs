@@ -7,11 +7,10 @@ use crate::options::PpkOptions;
 use crate::solution::{NotFixedReason, Quality};
 use nalgebra::{Matrix3, Vector3};
 
-/// Two fixes further apart than this many standard deviations on any axis are not both right.
+/// Distance on any axis, in standard deviations, beyond which two fixes cannot both be right.
 const LARGEST_DISAGREEMENT_SIGMA: f64 = 4.0;
 
-/// Fixes of a receiver that stands still agree if they are nearer to each other than this (m): half
-/// a wavelength.
+/// Distance below which fixes of a receiver at rest agree (m): half a wavelength.
 const LARGEST_STATIC_DISTANCE_M: f64 = 0.1;
 
 /// Merges results in ascending order with results in descending order.
@@ -85,7 +84,7 @@ fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions, float: &FloatError
                 *value *= factor;
             }
         }
-        // Two fixes of an epoch rest on the same phases: their mean is no better than either.
+        // Two fixes of an epoch use the same phases: their mean is no better than either.
         if options.min_success_rate.is_some() && f.quality == Some(Quality::Fixed) {
             result.covariance_ecef_m2 = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
@@ -97,7 +96,7 @@ fn pair(f: EpochResult, b: EpochResult, options: &PpkOptions, float: &FloatError
     result
 }
 
-/// How far apart two fixes are that cannot both be right.
+/// Distance of two fixes that cannot both be right.
 fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Option<f64> {
     let mut distance2 = 0.0;
     let mut agree = true;
@@ -109,8 +108,8 @@ fn disagreement_m(f: &EpochResult, b: &EpochResult, options: &PpkOptions) -> Opt
             <= LARGEST_DISAGREEMENT_SIGMA * LARGEST_DISAGREEMENT_SIGMA * variance;
     }
     let distance_m = distance2.sqrt();
-    // A receiver that stands still averages its noise away, but not what multipath does to each
-    // half of the log; only metres of ambiguity distinguish the passes.
+    // A receiver at rest averages its noise, but not the multipath of each half of the log; only ambiguities
+    // of metres distinguish the passes.
     let still = options.tolerates_static_difference();
     let agree = agree || (still && distance_m < LARGEST_STATIC_DISTANCE_M);
     (!agree).then_some(distance_m)

@@ -1,16 +1,16 @@
 //! Errors of float positions beyond the covariance that the filter states.
 //!
-//! The filter takes the codes' errors of different satellites for independent but for one common
-//! delay. What they do to the position shows where integers are known, horizontally and vertically
-//! apart: low satellites are weak and reflected alike, and the height is what they determine. And
-//! what lasts longer than the log is the same in a forward and a backward pass: the mean of the
-//! two is not as much better than either as the mean of independent estimates would be.
+//! The filter models the codes' errors of different satellites as independent except for one common delay.
+//! Their effect on the position is measured where integers are known, horizontally and vertically separately:
+//! low satellites are weak and equally reflected, and determine the height. Errors that last longer than the
+//! log are equal in a forward and a backward pass: the mean of the two passes is less accurate than the mean
+//! of independent estimates would be.
 
 use crate::filter::epoch_result::EpochResult;
 use crate::solution::Quality;
 use acerra_geo::geodesy::EnuFrame;
 
-/// How float errors differ from what a filter states.
+/// Ratio of float errors to the filter's stated errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FloatErrors {
     /// Factors on variances, horizontally and vertically.
@@ -44,8 +44,8 @@ impl FloatErrors {
         }
     }
 
-    /// Factor on the covariance of the weighted mean of two passes, for what their errors have in
-    /// common; `variances_m2` are those of the passes.
+    /// Factor on the covariance of the weighted mean of two passes, for their common errors; `variances_m2`
+    /// are those of the passes.
     pub(crate) fn of_mean(&self, [a, b]: [f64; 2]) -> f64 {
         // Weights of inverse variances: the cross term over the variance of the mean.
         1.0 + 2.0 * self.correlation * (a * b).sqrt() / (a + b)
@@ -65,7 +65,7 @@ mod tests {
         // The mean of two equal estimates has half the variance of one, or that of one.
         assert!((with(0.0).of_mean([2.0, 2.0]) - 1.0).abs() < 1e-12);
         assert!((with(1.0).of_mean([2.0, 2.0]) - 2.0).abs() < 1e-12);
-        // A far worse one adds nothing.
+        // A far worse one adds no information.
         assert!(with(1.0).of_mean([2.0, 2e6]) < 1.01);
     }
 }

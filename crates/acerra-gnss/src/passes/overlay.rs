@@ -1,4 +1,4 @@
-//! Fixes of one attempt, used where another attempt has none.
+//! Fixes of one attempt, for epochs at which another attempt has none.
 
 use crate::filter::epoch_result::EpochResult;
 use crate::observations::observation::EPOCH_TOLERANCE_S;
@@ -7,8 +7,8 @@ use crate::solution::{NotFixedReason, Quality};
 /// Fixes further apart than this (m) are of different integers.
 const DIFFERENT_PLACE_M: f64 = 0.1;
 
-/// Puts the fixes of `other` where `results` have none; of two at different places that one is
-/// believed which a pass in the other direction found too, else neither.
+/// Inserts the fixes of `other` where `results` have none. Of two fixes at different places the one that a
+/// pass in the other direction found too is used, else neither.
 pub(crate) fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
     let mut other = other.into_iter().peekable();
     for result in results {

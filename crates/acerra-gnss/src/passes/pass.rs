@@ -44,7 +44,7 @@ pub(crate) struct Prepared<'a> {
 pub(crate) struct Trial {
     /// As the pass alone can vouch for them.
     pub results: Vec<EpochResult>,
-    /// The same before any fix is confirmed, in the order of processing.
+    /// The results before any fix is confirmed, in the order of processing.
     pub unconfirmed: Vec<EpochResult>,
     pub left_out: Vec<SignalGroup>,
 }
@@ -81,8 +81,8 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    /// The result of `pass`, the first over the epochs. Where there is a second thread, it computes
-    /// beside it what hangs on no filter and serves every pass: zero differences of the base, and
+    /// The result of `pass`, the first over the epochs. A second thread, where available, computes in
+    /// parallel the data that depend on no filter and serve every pass: zero differences of the base, and
     /// those of the rover at its single-point positions.
     fn beside_look_ahead<T>(
         &self,
@@ -156,12 +156,12 @@ impl<'a> Prepared<'a> {
         Ok(results)
     }
 
-    /// How float errors differ from what a filter states.
+    /// Ratio of float errors to the filter's stated errors.
     pub(crate) fn float_errors(&self) -> FloatErrors {
         if self.options.measure_code_noise {
             FloatErrors {
                 factors: self.noise.float_factors(),
-                // Each pass has had half of the log in the middle of it.
+                // Each pass has processed half of the log at its middle.
                 correlation: self.noise.lasting_share(self.rover.len() / 2),
             }
         } else {
@@ -169,7 +169,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// As [`run`](Self::run), with fixes confirmed by nothing but the pass itself.
+    /// As [`run`](Self::run), with fixes confirmed by the pass itself alone.
     pub(crate) fn run_alone(
         &self,
         filter: &mut Filter<'a>,

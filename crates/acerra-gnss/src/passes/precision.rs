@@ -1,18 +1,18 @@
 //! Covariances of fixes, scaled by the residuals of the phases.
 //!
-//! The model states one phase noise for every receiver and place. The residuals of a fix, about a
-//! position that took three of their degrees of freedom, say how large it was: their mean square
-//! in units of the model's is the factor between the stated covariance and the true one (the
-//! a posteriori variance of unit weight).
+//! The model states one phase noise for every receiver and place. The residuals of a fix, about a position
+//! that uses three of their degrees of freedom, measure the phase noise: their mean square in units of the
+//! model's is the factor from the stated covariance to the true one (the a posteriori variance of unit
+//! weight).
 
 use crate::filter::epoch_result::EpochResult;
 use crate::solution::Quality;
 
 /// Time (s) before and after an epoch whose residuals count for it.
 const HALF_WINDOW_S: f64 = 30.0;
-/// Weight of the whole run's residuals, in degrees of freedom of the window.
+/// Degrees of freedom of the window that the whole run's residuals count as.
 const RUN_FREEDOM: f64 = 30.0;
-/// Degrees of freedom from which a run's residuals say anything.
+/// Degrees of freedom from which a run's residuals are used.
 const LEAST_FREEDOM: f64 = 20.0;
 /// Factors are kept within these bounds.
 const FACTORS: [f64; 2] = [0.1, 25.0];

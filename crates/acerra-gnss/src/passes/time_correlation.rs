@@ -1,16 +1,16 @@
-//! Correlation in time of a pass's errors, from what its fixes leave over.
+//! Correlation in time of a pass's errors, from the residuals of its fixes.
 //!
-//! Residuals of phases and the error of the position are both linear in the phases' errors: they
-//! last as long. How long a float position's error lasts is seen where integers are known, in its
-//! distance from the fixed one. Both have zero mean by the model, so that the mean product of two
-//! of them over the mean square is their correlation, of what never changes as well.
+//! Residuals of phases and the error of the position are both linear in the phases' errors and therefore have
+//! the same correlation time. The correlation time of a float position's error is measured where integers are
+//! known, from its difference to the fixed position. Both have zero mean by the model, so that the mean
+//! product of two values over the mean square is their correlation, constant parts included.
 
 use crate::filter::epoch_result::EpochResult;
 use crate::linear::outliers::median;
 use crate::noise::phase_walk::{FixResiduals, NormalisedResidual};
 use crate::solution::{ErrorCorrelation, Lasting, Quality};
 
-/// Largest lag looked at (s), and the largest over the length of the log.
+/// Largest lag (s), and largest lag over the length of the log.
 const LARGEST_LAG_S: f64 = 300.0;
 const LARGEST_SHARE_OF_LOG: f64 = 1.0 / 3.0;
 /// Time constants (s) of the processes whose sum is fitted; no log is long enough for longer ones.
@@ -21,7 +21,7 @@ const LEAST_LAGS: usize = 4;
 const LEAST_PRODUCTS: usize = 100;
 /// Fixes that lags start from, at most.
 const LARGEST_STARTS: usize = 2_000;
-/// Rounds of the fit: more change nothing in the third digit.
+/// Rounds of the fit: further ones change less than the third digit.
 const ROUNDS: usize = 2_000;
 /// Shares below this are left out.
 const LEAST_SHARE: f64 = 0.005;
@@ -119,8 +119,8 @@ fn curve(
     points
 }
 
-/// The sum of Gauss–Markov processes whose correlation fits best, by least squares with shares of
-/// zero or more (coordinate descent); what they leave of one is white.
+/// The sum of Gauss–Markov processes whose correlation fits best, by least squares with shares of zero or
+/// more (coordinate descent); the remaining share, up to one, is white.
 fn fit(points: &[Lagged]) -> Option<Vec<Lasting>> {
     if points.len() < LEAST_LAGS {
         return None;

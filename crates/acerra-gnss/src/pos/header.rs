@@ -11,7 +11,7 @@ use crate::options::{
 };
 use crate::solution::PpkSolution;
 
-/// What the file was made from and how.
+/// Sources and settings of the file.
 pub(super) fn write_header(
     out: &mut impl Write,
     solution: &PpkSolution,

@@ -22,8 +22,8 @@ pub use format::{PosFormat, PosFrame, PosTime, PosTimeScale};
 /// sign(c)·√|c|.
 ///
 /// # Errors
-/// Those of the writer; [`io::ErrorKind::InvalidInput`] for a baseline without a base, and for a
-/// position outside the grid of the geoid.
+/// Errors of the writer; [`io::ErrorKind::InvalidInput`] for a baseline without a base, and for a position
+/// outside the grid of the geoid.
 pub fn write_pos(
     mut out: impl Write,
     solution: &PpkSolution,

@@ -1,4 +1,4 @@
-//! Other settings where fixing is poor, chosen by what their passes agree on.
+//! Other settings where fixing is poor, chosen by the agreement of their passes.
 //!
 //! Weak signals are mostly reflections, so that a carrier-to-noise mask can help. A filter into which
 //! integers are fed back bridges gaps that a filter without them does not. Which of the two helps
@@ -25,7 +25,7 @@ use acerra_control::Control;
 /// and is left to the agreement of the passes.
 const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
 
-/// The attempt itself, with whatever alternatives to its options fixed besides.
+/// The attempt itself, with the fixes of the alternatives to its options added.
 pub(crate) fn better_of(
     attempt: Attempt,
     inputs: &Inputs<'_>,
@@ -72,8 +72,7 @@ pub(crate) fn better_of(
     Ok(attempt)
 }
 
-/// The attempts by the alternatives, side by side as far as there are threads; one that fails is
-/// left out.
+/// The attempts by the alternatives, in parallel as far as there are threads; one that fails is left out.
 fn attempts(
     inputs: &Inputs<'_>,
     preparation: &Preparation,
@@ -95,7 +94,7 @@ fn attempts(
         attempt.ok().map(|attempt| (attempt, own))
     };
     let alternatives = alternatives(options);
-    // All of them at once, pass by pass as permits come free: whole attempts share threads unevenly.
+    // All attempts at once, pass by pass as permits become free: whole attempts share threads unevenly.
     let at_once = if threads == 1 { 1 } else { alternatives.len() };
     each(at_once, alternatives, one)
         .into_iter()

@@ -32,12 +32,11 @@ pub(crate) struct Attempt {
     pub lost: Vec<LostEpoch>,
     pub rover_epochs: usize,
     pub base_position_ecef_m: [f64; 3],
-    /// Distance of that from the base's own single-point position (m), where there is one.
+    /// Distance of the base position from the base's own single-point position (m), where there is one.
     pub base_from_single_m: Option<f64>,
     pub glonass: Option<GlonassDecision>,
     pub warnings: Vec<PpkWarning>,
-    /// The forward and the backward pass, each in its own order, where they are to confirm each
-    /// other.
+    /// The forward and the backward pass, each in its own order, where the two are to confirm each other.
     pub passes: Option<Passes>,
     /// Epochs at which fixes of passes in opposite directions agree.
     pub agreeing: usize,
@@ -47,7 +46,7 @@ pub(crate) struct Attempt {
     resolves: bool,
 }
 
-/// What a trial pass finds of the signals.
+/// A trial pass's estimates of the signals.
 struct Findings {
     noise: MeasuredNoise,
     left_out: Vec<SignalGroup>,
@@ -145,8 +144,8 @@ impl Attempt {
         self.resolves && (fixed as f64) < POOR_SHARE * of as f64
     }
 
-    /// Positions by `options`, which differ from those of the preparation at most in how ambiguities
-    /// are resolved and noise is modelled.
+    /// Positions by `options`, which differ from those of the preparation at most in ambiguity resolution and
+    /// noise model.
     pub(crate) fn new(
         preparation: &Preparation,
         options: &PpkOptions,
@@ -226,7 +225,7 @@ pub(crate) fn passes(options: &PpkOptions) -> usize {
     1 + usize::from(both) + usize::from(Prepared::needs_trial(options))
 }
 
-/// Options of a trial pass: ambiguities are resolved where that is not asked for as well, for only
+/// Options of a trial pass: ambiguities are resolved even where the options do not require it, since only
 /// fixes show the errors of codes.
 fn trial_options(options: &PpkOptions) -> PpkOptions {
     match options.ambiguity {
@@ -235,8 +234,8 @@ fn trial_options(options: &PpkOptions) -> PpkOptions {
     }
 }
 
-/// Whether the other direction's pass bears witness to the fixes of the one asked for: not where
-/// epochs are resolved one by one, alike in both.
+/// Whether the other direction's pass can confirm the fixes of the requested one: not where epochs are
+/// resolved one by one, equally in both.
 pub(crate) fn has_witness(options: &PpkOptions) -> bool {
     let with_memory = matches!(
         options.ambiguity,

@@ -12,9 +12,9 @@ use crate::passes::precision::scale_covariances;
 pub(crate) struct Passes {
     pub forward: Vec<EpochResult>,
     backward: Vec<EpochResult>,
-    /// The trial pass, in its own order: by other noise it may bridge what the others do not.
+    /// The trial pass, in its own order: with another noise it may have fixes where the others have none.
     trial: Vec<EpochResult>,
-    /// What each of them can bear witness to.
+    /// Claims of each pass.
     pub witnesses: [Witness; 2],
     float_errors: FloatErrors,
 }
@@ -47,7 +47,7 @@ impl Passes {
         let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
         let is_backward = options.direction == FilterDirection::Backward;
         let of_trial = Witness::of(&self.trial);
-        // The trial ran in the direction asked for: it bears witness to the other.
+        // The trial ran in the requested direction: its claims serve the other pass.
         let others = if is_backward { of_backward } else { of_forward };
         let with_trial: Vec<&Witness> = others.iter().copied().chain([&of_trial]).collect();
         let of_pass = if is_backward {

@@ -91,7 +91,7 @@ pub(crate) fn base_gaps(
     }
 }
 
-/// Logs whose phases cannot be resolved, and logs that are one and the same.
+/// Logs whose phases cannot be resolved, and logs that are identical.
 pub(crate) fn phases_and_copies(
     rover: &ObservationData,
     base: &ObservationData,

@@ -20,7 +20,7 @@ use crate::stations::moving_base::BaseTrack;
 use acerra_geo::time::GpsTime;
 use std::sync::{Arc, OnceLock};
 
-/// What is positioned against what.
+/// Rover, base and auxiliary data.
 pub(crate) struct Inputs<'a> {
     pub rover: &'a ObservationData,
     pub base: &'a ObservationData,
@@ -60,11 +60,11 @@ impl Preparation {
         Self::with_known(inputs, options, None, watch)
     }
 
-    /// The logs made ready by options that differ from this preparation's at most in the C/N₀ mask:
-    /// what does not hang on it is taken over.
+    /// The logs prepared for options that differ from this preparation's at most in the C/N₀ mask: data
+    /// independent of the mask are reused.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     pub(crate) fn masked(
         &self,
         inputs: &Inputs<'_>,
@@ -185,7 +185,7 @@ impl Preparation {
     }
 }
 
-/// Whether an epoch lies in the time window asked for.
+/// Whether an epoch lies in the requested time window.
 pub(crate) fn is_wanted(options: &PpkOptions, tag: GpsTime) -> bool {
     let late_s = |t: GpsTime| tag.seconds_since(t);
     options

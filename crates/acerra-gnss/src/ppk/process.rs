@@ -20,8 +20,8 @@ use std::sync::Arc;
 
 /// Positions of `rover` (against `base`, except in single-point mode) for every epoch.
 ///
-/// Logs need not be sorted; epochs within 25 ms of another are taken for duplicates. The answer
-/// is the same, bit for bit, for any number of threads.
+/// Logs need not be sorted; epochs within 25 ms of another count as duplicates. The answer is bitwise equal
+/// for any number of threads.
 ///
 /// # Errors
 /// [`PpkError`] when nothing can be computed: no epochs, no overlap, no navigation data, an
@@ -41,8 +41,8 @@ use std::sync::Arc;
 /// # }
 /// ```
 ///
-/// What cannot be computed is said, not guessed (`examples/synthetic_flight.rs` positions a
-/// self-made flight):
+/// Positions that cannot be computed give an error, never a guess (`examples/synthetic_flight.rs` positions a
+/// synthetic flight):
 ///
 /// ```
 /// use acerra_gnss::{Navigation, ObservationData, PpkError, PpkOptions, process};
@@ -62,7 +62,7 @@ pub fn process(
 /// As [`process`], followed and stopped through `control`.
 ///
 /// # Errors
-/// Those of [`process`], and [`PpkError::Cancelled`].
+/// Errors of [`process`], and [`PpkError::Cancelled`].
 pub fn process_with(
     rover: &ObservationData,
     base: &ObservationData,
@@ -142,8 +142,8 @@ pub fn process_with(
     Ok(solution)
 }
 
-/// With a moving base there is no place that a motion model could start from but the base's own,
-/// which jumps by metres; and between its epochs it moves in no straight line.
+/// With a moving base, a motion model could only start from the base's own place, which jumps by metres, and
+/// its path between epochs is not straight.
 fn without_motion_model(options: &PpkOptions) -> Option<PpkOptions> {
     (options.mode == PositioningMode::MovingBase).then(|| PpkOptions {
         dynamics: None,

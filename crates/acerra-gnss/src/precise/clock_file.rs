@@ -7,7 +7,7 @@ use crate::observations::satellite::SatelliteId;
 use crate::orbits::products::PreciseProducts;
 use crate::rinex::{calendar, real};
 
-/// Reads a RINEX clock file: its satellite clocks (`AS`); those of stations are passed over.
+/// Reads a RINEX clock file: its satellite clocks (`AS`); those of stations are skipped.
 ///
 /// # Errors
 /// [`ReadError`] where the header is not one of a clock file in GPS time, or the input fails.

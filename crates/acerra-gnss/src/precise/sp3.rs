@@ -7,7 +7,7 @@ use crate::observations::satellite::SatelliteId;
 use crate::orbits::products::PreciseProducts;
 use crate::rinex::{calendar, column, real};
 
-/// How a file says that a clock is not known (µs).
+/// Value of an unknown clock (µs).
 const NO_CLOCK_US: f64 = 999_999.0;
 /// Positions of satellites lie between these distances from the Earth's centre (m).
 const RADII_M: std::ops::Range<f64> = 6.4e6..1e8;

@@ -40,7 +40,7 @@ impl TimeSystem {
     }
 }
 
-/// What an observation file's header says.
+/// Content of an observation file's header.
 #[derive(Debug, Clone, Default)]
 pub struct ObservationHeader {
     /// Version in hundredths: 210, 304 …
@@ -284,7 +284,7 @@ impl ObservationHeader {
         good
     }
 
-    /// Checks that the body can be read with what the header says.
+    /// Checks that the header suffices to read the body.
     fn finish(&mut self, line: u64, report: &mut ReadReport) -> Result<(), ReadError> {
         if self.columns.values().all(Vec::is_empty) {
             let missing = if self.version < 300 {

@@ -269,7 +269,7 @@ impl Reader {
                 let field = column(line, start + 19 * k, 19);
                 let value = match real(field) {
                     Ok(value) => value.unwrap_or(f64::NAN),
-                    // Nothing is read of the spare fields at the end.
+                    // The spare fields at the end are ignored.
                     Err(_) if values.len() >= FIRST_SPARE => f64::NAN,
                     Err(_) => return Err(DropReason::UnreadableNavigationRecord),
                 };
@@ -310,7 +310,7 @@ impl Reader {
         SatelliteId::new(system, u8::try_from(number).ok()?)
     }
 
-    /// RINEX 4 `ION … LNAV`: α0–α2 beside the time, then α3, β0–β2, then β3.
+    /// RINEX 4 `ION … LNAV`: α0–α2 after the time, then α3, β0–β2, then β3.
     fn ionosphere_v4(&mut self, record: &Record, place: Place) {
         let mut values = [0.0; 8];
         let fields = [

@@ -59,8 +59,8 @@ impl NavigationRecord {
             0
         };
         let toc = GpsTime::from_calendar(&self.toc) + own_to_gps_s as f64;
-        // The week number only says which week is meant; the tag nearest to the time of clock is
-        // the one, which also forgives week numbers that wrapped or count from another epoch.
+        // The week number only selects the week; the tag nearest to the time of clock is used, which also
+        // corrects week numbers that wrapped or count from another epoch.
         let near_toc = |sow: f64| nearest_week(toc, sow + own_to_gps_s as f64);
         let toe = near_toc(toe_seconds_of_week);
         let transmission = v(27).filter(|t| (-604_800.0..=1_209_600.0).contains(t));

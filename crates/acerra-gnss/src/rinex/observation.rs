@@ -77,7 +77,7 @@ impl<S: LineSource> RinexObservations<S> {
         self.place
     }
 
-    /// How often the body has changed the header so far.
+    /// Number of changes of the header by the body so far.
     pub(crate) fn header_changes(&self) -> u64 {
         self.header_changes
     }
@@ -96,7 +96,7 @@ impl<S: LineSource> RinexObservations<S> {
         }))
     }
 
-    /// What was dropped so far; the account starts again.
+    /// Data dropped so far; the report starts again.
     pub fn take_report(&mut self) -> ReadReport {
         let mut report = std::mem::take(&mut self.report);
         report.absorb(self.source.take_report());
@@ -426,7 +426,7 @@ fn take_signals<'a>(
             report.drop_one(DropReason::UnreadableNumber, place);
             None
         });
-        // Exactly zero is how writers without a blank say "none".
+        // Exactly zero means "none" for writers without blanks.
         let value = value.filter(|&v| v != 0.0).map(|v| v / column.scale);
         let lock = match field.get(14) {
             None | Some(b' ') => LossOfLock(0),

@@ -1,4 +1,4 @@
-//! What the columns of an observation record hold.
+//! Contents of the columns of an observation record.
 
 use crate::observations::satellite::System;
 use crate::observations::signal::SignalCode;
@@ -29,8 +29,8 @@ impl Quantity {
 pub(super) struct Column {
     /// The type as the header writes it.
     pub name: String,
-    /// What it is, and the signals it belongs to: one in RINEX 3 and later; in RINEX 2 a phase
-    /// belongs to every code of its band. `None` for pseudo-observations.
+    /// Its kind, and its signals: one in RINEX 3 and later; in RINEX 2 a phase belongs to every code of its
+    /// band. `None` for pseudo-observations.
     pub meaning: Option<(Quantity, Vec<SignalCode>)>,
     /// Divisor of the stored values (`SYS / SCALE FACTOR`).
     pub scale: f64,
@@ -39,7 +39,7 @@ pub(super) struct Column {
 /// The column that a RINEX 3 or 4 type such as `C1C` names.
 pub(super) fn column_v3(name: &str, system: System, version: u16) -> Column {
     let meaning = match name.as_bytes() {
-        // A missing attribute (early RINEX 3) stands for unknown tracking.
+        // A missing attribute (early RINEX 3) means unknown tracking.
         &[
             letter @ (b'C' | b'L' | b'D' | b'S'),
             band @ b'1'..=b'9',

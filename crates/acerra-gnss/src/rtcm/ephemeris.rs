@@ -70,7 +70,7 @@ struct Elements {
     node_rate: f64,
 }
 
-/// In what the systems' elements differ.
+/// Differences between the systems' elements.
 struct ElementFormat {
     harmonic_bits: usize,
     angle_exponent: i32,
@@ -157,7 +157,7 @@ impl Kepler {
         let times_s = [e.toe_s, self.toc_s];
         let possible = KeplerEphemeris::can_be(times_s, e.sqrt_semi_major_axis, e.eccentricity);
         let toe = nearest_week(near, e.toe_s + ahead_s);
-        // The week may be that of the reference time or of the transmission: one apart.
+        // The week may be that of the reference time or of the transmission, which differ by at most one.
         let (week, modulus) = self.week;
         let weeks_off = ((toe - ahead_s).week() - week + 1).rem_euclid(modulus);
         if !possible || weeks_off > 2 {
@@ -197,7 +197,7 @@ fn inclination_rate(bits: &mut BitCursor<'_>) -> Option<f64> {
     Some(bits.scaled(14, -43)? * SEMICIRCLE_RAD)
 }
 
-/// The group delay of GPS and QZSS; −128 steps say that there is none.
+/// The group delay of GPS and QZSS; −128 steps mean that there is none.
 fn gps_group_delay_s(bits: &mut BitCursor<'_>) -> Option<f64> {
     Some(match bits.signed(8)? {
         -128 => 0.0,
@@ -217,7 +217,7 @@ const GPS_CLOCK: [(usize, i32); 3] = [(8, -55), (16, -43), (22, -31)];
 const GALILEO_CLOCK: [(usize, i32); 3] = [(6, -59), (21, -46), (31, -34)];
 const BEIDOU_CLOCK: [(usize, i32); 3] = [(11, -66), (22, -50), (24, -33)];
 
-// The literals below are evaluated field by field in the order written, which is that of the message.
+// The literals below are evaluated field by field in the order written, the order of the message.
 
 fn gps(bits: &mut BitCursor<'_>) -> Option<Kepler> {
     let kepler = Kepler {

@@ -32,8 +32,8 @@ pub enum Piece<'a> {
         /// How many.
         bytes: usize,
     },
-    /// Where a message was due: a preamble whose checksum does not hold, and what follows it up to
-    /// the next whole message.
+    /// The place of an expected message: a preamble with a wrong checksum, and the bytes up to the next whole
+    /// message.
     Damaged {
         /// Where it begins.
         offset: usize,

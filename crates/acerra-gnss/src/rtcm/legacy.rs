@@ -18,7 +18,7 @@ const GPS_MODULUS_M: f64 = SPEED_OF_LIGHT_M_S * 1e-3;
 /// Modulus of GLONASS pseudoranges: two milliseconds.
 const GLONASS_MODULUS_M: f64 = SPEED_OF_LIGHT_M_S * 2e-3;
 
-/// Message 1002 (L1) or 1004 (L1 and L2); `None` where it is too short for what it announces.
+/// Message 1002 (L1) or 1004 (L1 and L2); `None` where the message is shorter than it announces.
 pub(super) fn gps(payload: &[u8], with_l2: bool) -> Option<Measured> {
     let mut bits = BitCursor::new(payload);
     bits.skip(12)?;
@@ -75,7 +75,7 @@ pub(super) fn glonass(payload: &[u8], with_l2: bool) -> Option<Measured> {
     Some(out.0)
 }
 
-/// The rest of a header, behind the time: the message without signals, and how many satellites
+/// The rest of a header, after the time: the message without signals, and the number of satellites that
 /// follow.
 fn head(bits: &mut BitCursor<'_>, station: u16, tag: TimeTag) -> Option<(Measured, u64)> {
     let more_follow = bits.flag()?;
@@ -164,7 +164,7 @@ impl Second {
     }
 }
 
-/// Phase range minus pseudorange (m); `None` for the value that says "not valid".
+/// Phase range minus pseudorange (m); `None` for the value that means "not valid".
 fn excess_m(steps: i64) -> Option<f64> {
     (steps != -0x8_0000).then_some(steps as f64 * PHASE_STEP_M)
 }

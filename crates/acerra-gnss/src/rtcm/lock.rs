@@ -1,5 +1,5 @@
-//! Lock-time indicators: how long a phase has been tracked without interruption, as messages
-//! state it in steps, and what follows for cycle slips.
+//! Lock-time indicators: the time of tracking without interruption, in steps, and cycle slips derived from
+//! them.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use acerra_geo::time::GpsTime;
 use crate::observations::satellite::SatelliteId;
 use crate::observations::signal::SignalCode;
 
-/// Least continuous tracking time (ms) that a 7-bit indicator (DF013, DF019 …) stands for.
+/// Least continuous tracking time (ms) of a 7-bit indicator (DF013, DF019 …).
 pub(super) const fn least_of_7_bits_ms(indicator: u32) -> u32 {
     let i = indicator;
     1000 * match i {
@@ -22,7 +22,7 @@ pub(super) const fn least_of_7_bits_ms(indicator: u32) -> u32 {
     }
 }
 
-/// Least continuous tracking time (ms) that a 4-bit indicator (DF402) stands for.
+/// Least continuous tracking time (ms) of a 4-bit indicator (DF402).
 pub(super) const fn least_of_4_bits_ms(indicator: u32) -> u32 {
     match indicator {
         0 => 0,
@@ -31,8 +31,7 @@ pub(super) const fn least_of_4_bits_ms(indicator: u32) -> u32 {
     }
 }
 
-/// Least continuous tracking time (ms) that a 10-bit indicator (DF407) stands for; 0 for reserved
-/// ones.
+/// Least continuous tracking time (ms) of a 10-bit indicator (DF407); 0 for reserved ones.
 pub(super) const fn least_of_10_bits_ms(indicator: u32) -> u32 {
     match indicator {
         i @ 0..64 => i,
@@ -44,7 +43,7 @@ pub(super) const fn least_of_10_bits_ms(indicator: u32) -> u32 {
     }
 }
 
-/// Remembers when each phase was last seen and for how long it had been tracked then.
+/// History of each phase: last time seen, and tracking time then.
 #[derive(Debug, Default)]
 pub(super) struct LockTracker {
     last: HashMap<(SatelliteId, SignalCode), (GpsTime, u32)>,

@@ -22,12 +22,12 @@ use crate::orbits::navigation::{Ephemeris, Navigation};
 const SAME_EPOCH_S: f64 = 1e-3;
 /// A station whose position changes by more than this (m) is another station.
 const SAME_PLACE_M: f64 = 0.01;
-/// A stated time farther than this from the log's own date (s) is a mistake.
+/// Largest distance of a stated time from the log's own date (s).
 const MAX_DATE_ERROR_S: f64 = 4.0 * 86_400.0;
 /// Cycles by which a phase of the first generation may be off.
 const PHASE_MODULUS_CYCLES: f64 = 1500.0;
 
-/// What a log may not say about itself.
+/// Data that a log may lack.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RtcmHints {
     /// Any time within half a week of the log's beginning.
@@ -39,7 +39,7 @@ pub struct RtcmHints {
     pub glonass_channels: BTreeMap<u8, i8>,
 }
 
-/// What an RTCM 3 log holds, with all signals.
+/// Content of an RTCM 3 log, with all signals.
 #[derive(Debug, Clone, Default)]
 pub struct RtcmLog {
     /// Epochs with the byte offset of their first message, in the order of the log.
@@ -71,7 +71,7 @@ pub fn read_rtcm(log: &[u8], hints: &RtcmHints) -> RtcmLog {
         && found.seconds_since(stated).abs() > MAX_DATE_ERROR_S
     {
         out.report.remarks.push(format!(
-            "the log says that it is of {}, not of {} as stated: its own date is taken",
+            "the log's own date is {}, not {} as stated: the log's own date is used",
             found.format_calendar(0),
             stated.format_calendar(0)
         ));
@@ -97,7 +97,7 @@ pub fn read_rtcm(log: &[u8], hints: &RtcmHints) -> RtcmLog {
     reader.finish()
 }
 
-/// Whole messages of a log, and those of them that hold observations.
+/// Whole messages of a log, and those that hold observations.
 pub(crate) fn counts(log: &[u8]) -> (usize, usize) {
     let numbers = pieces(log).filter_map(|piece| match piece {
         Piece::Frame(frame) => Some(frame.number),
@@ -320,7 +320,7 @@ impl Reader {
             return signal;
         };
         let cycles_per_m = frequency_hz / SPEED_OF_LIGHT_M_S;
-        // Zero stands for "none" in the rest of the processing.
+        // Zero means "none" in the rest of the processing.
         let doppler_hz = measured.rate_m_s.map(|rate| -rate * cycles_per_m);
         signal.doppler_hz = doppler_hz.filter(|&doppler| doppler != 0.0);
         let Some(phase) = measured.phase.filter(PhaseRange::is_positive) else {

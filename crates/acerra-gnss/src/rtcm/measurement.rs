@@ -1,4 +1,4 @@
-//! What an observation message says, whatever its kind.
+//! Content of an observation message of any kind.
 
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::signal::SignalCode;

@@ -1,4 +1,4 @@
-//! RTCM 3 logs (RTCM standard 10403.3): what a base sends, or a receiver stores.
+//! RTCM 3 logs (RTCM standard 10403.3): messages of a base, or the log of a receiver.
 //!
 //! | messages | content |
 //! | --- | --- |

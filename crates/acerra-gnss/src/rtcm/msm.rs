@@ -12,7 +12,7 @@ const LIGHT_MILLISECOND_M: f64 = SPEED_OF_LIGHT_M_S * 1e-3;
 /// Most cells (satellites times signals) of a message.
 const MAX_CELLS: usize = 64;
 
-/// System and kind (4 to 7) of an MSM message number, if it is one that is read.
+/// System and kind (4 to 7) of an MSM message number, if the kind is supported.
 pub(super) fn kind(number: u16) -> Option<(System, u8)> {
     let system = match number / 10 {
         107 => System::Gps,
@@ -30,8 +30,8 @@ pub(super) fn kind(number: u16) -> Option<(System, u8)> {
     }
 }
 
-/// The observations of an MSM message; `None` where it is too short for what it announces or
-/// announces more than it may.
+/// The observations of an MSM message; `None` where the message is shorter than it announces or announces
+/// more than the limit.
 pub(super) fn read(payload: &[u8], system: System, kind: u8) -> Option<Measured> {
     let mut bits = BitCursor::new(payload);
     let header = Header::read(&mut bits, system)?;
@@ -119,7 +119,7 @@ fn set_bits(mask: u64, width: u8) -> impl Iterator<Item = u8> {
     (1..=width).filter(move |&place| mask >> (width - place) & 1 == 1)
 }
 
-/// What a message says of each satellite.
+/// Data of a message on each satellite.
 struct Satellites {
     /// Rough range (ms); `None` where it is not valid.
     range_ms: Vec<Option<f64>>,
@@ -162,14 +162,14 @@ impl Satellites {
     }
 }
 
-/// What is common to a satellite's signals.
+/// Data common to a satellite's signals.
 #[derive(Clone, Copy)]
 struct Rough {
     range_ms: Option<f64>,
     rate_m_s: Option<f64>,
 }
 
-/// What a message says of each cell, in the units of its kind.
+/// Data of a message on each cell, in the units of its kind.
 struct Cells {
     range_ms: Vec<Option<f64>>,
     phase_ms: Vec<Option<f64>>,
@@ -240,7 +240,7 @@ fn column<T>(count: usize, mut field: impl FnMut() -> Option<T>) -> Option<Vec<T
     (0..count).map(|_| field()).collect()
 }
 
-/// A two's-complement field whose most negative value says "not valid".
+/// A two's-complement field whose most negative value means "not valid".
 fn valid(bits: &mut BitCursor<'_>, width: usize) -> Option<Option<f64>> {
     let steps = bits.signed(width)?;
     Some((steps != -1 << (width - 1)).then_some(steps as f64))

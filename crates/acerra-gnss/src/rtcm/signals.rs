@@ -1,4 +1,4 @@
-//! Which signal each bit of an MSM signal mask stands for (RTCM 10403.3, tables 3.5-91 ff.).
+//! Signals of the bits of an MSM signal mask (RTCM 10403.3, tables 3.5-91 ff.).
 
 use crate::observations::satellite::System;
 use crate::observations::signal::SignalCode;

@@ -8,7 +8,7 @@ use crate::orbits::bits::BitCursor;
 /// Modified Julian date of 1970-01-01.
 const MJD_1970: i64 = 40_587;
 
-/// What a message says of the station.
+/// Data of a message on the station.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum StationMessage {
     /// 1005, 1006: antenna reference point (ECEF, m).
@@ -19,7 +19,7 @@ pub(super) enum StationMessage {
     AntennaAndReceiver(String, String),
 }
 
-/// Reads message 1005, 1006, 1007, 1008 or 1033: the station's number and what is said of it.
+/// Reads message 1005, 1006, 1007, 1008 or 1033: the station's number and the data on the station.
 pub(super) fn read(number: u16, payload: &[u8]) -> Option<(u16, StationMessage)> {
     let mut bits = BitCursor::new(payload);
     bits.skip(12)?;

@@ -9,8 +9,7 @@ use super::station;
 use crate::orbits::bits::BitCursor;
 use crate::rinex::{moscow_time, nearest_week};
 
-/// The first week that ten bits are taken to mean where nothing else gives: those since
-/// 7 April 2019.
+/// The first week of a ten-bit week number without other information: since 7 April 2019.
 const FIRST_WEEK_OF_TEN_BITS: i64 = 2048;
 
 /// Where a log's date comes from.
@@ -31,8 +30,8 @@ pub enum DateSource {
     Stated,
 }
 
-/// A time near a log's observations (within a few days), and where it comes from. `stated` is any
-/// time within half a week of the log; what the log says itself goes before it.
+/// A time near a log's observations (within a few days), and its source. `stated` is any time within half a
+/// week of the log; a date in the log itself takes precedence.
 pub(super) fn date_of(
     log: &[u8],
     stated: Option<GpsTime>,
@@ -73,7 +72,7 @@ fn median(mut times: Vec<GpsTime>) -> Option<GpsTime> {
     times.get(times.len() / 2).copied()
 }
 
-/// The reference time of an ephemeris whose message says the date unambiguously.
+/// The reference time of an ephemeris whose message gives the date unambiguously.
 fn full_date(number: u16, payload: &[u8]) -> Option<GpsTime> {
     let mut bits = BitCursor::new(payload);
     match number {

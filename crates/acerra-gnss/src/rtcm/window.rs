@@ -1,18 +1,18 @@
 //! CRC-24Q of any stretch of a log in a few steps, whatever its length.
 //!
-//! A log may be made so that a message of 1 kB seems to begin at every third byte. The remainders of all beginnings of a
-//! block are kept; that of a stretch is the one of its end, less that of its beginning moved on by the stretch's length:
-//! the code is linear.
+//! A hostile log may have the apparent beginning of a message of 1 kB at every third byte. The remainders of
+//! all prefixes of a block are kept. As the code is linear, the remainder of a stretch is that of the prefix
+//! at its end, less that of the prefix at its beginning shifted by the stretch's length.
 
 use crate::orbits::bits::crc24q_step;
 
 /// Bytes of a block whose remainders are kept.
 const BLOCK_BYTES: usize = 1 << 16;
-/// Longest stretch that is asked for: a message with its header.
+/// Longest stretch: a message with its header.
 const LONGEST_BYTES: usize = 1026;
 const POLYNOMIAL: u32 = 0x186_4CFB;
 
-/// x^(8 k) modulo the polynomial: what k bytes behind it make of a remainder.
+/// x^(8 k) modulo the polynomial: the factor on a remainder for k further bytes.
 static MOVED: [u32; LONGEST_BYTES + 1] = {
     let mut table = [1; LONGEST_BYTES + 1];
     let mut k = 1;
@@ -62,7 +62,7 @@ impl CrcWindow {
     }
 }
 
-/// The product of two polynomials of 24 bits, modulo that of the code.
+/// The product of two polynomials of 24 bits, modulo the code's polynomial.
 const fn multiplied(a: u32, b: u32) -> u32 {
     let mut product = 0;
     let mut bit = 24;

@@ -1,4 +1,4 @@
-//! What a single-point position is made from, and what it is.
+//! Inputs of a single-point position, and the position.
 
 use crate::measurements::constellation::{Constellation, SatelliteState, Unusable};
 use crate::measurements::measurement::Epoch;

@@ -38,7 +38,7 @@ pub(super) struct Row {
 
 /// The equations of an epoch.
 pub(super) struct Equations {
-    /// Those of satellites, then those of clocks that none of them sees.
+    /// Equations of satellites, then those of clocks without a satellite.
     pub rows: Vec<Row>,
     pub satellites: usize,
     /// Azimuth and elevation of satellites used.
@@ -124,8 +124,8 @@ impl SingleContext<'_> {
         result
     }
 
-    /// The equation of one satellite but for the offset of its system's clock, and its azimuth and
-    /// elevation; `None` where it is not used.
+    /// The equation of one satellite without the offset of its system's clock, and its azimuth and elevation;
+    /// `None` where the satellite is not used.
     fn equation(
         &self,
         m: &Measurement,

@@ -16,7 +16,7 @@ const LEAST_FOR_BEST_EFFORT: usize = 6;
 const LARGEST_RMS_M: f64 = 30.0;
 /// Distance (m) over which no satellite's elevation changes by more than 0.2°.
 const LARGEST_STEP_M: f64 = 50e3;
-/// Margin for what is not linear in the equations, and for a last step of up to 0.1 mm: residuals of metres
+/// Margin for the non-linearity of the equations, and for a last step of up to 0.1 mm: residuals of metres
 /// are known to a millimetre.
 const PASSING_MARGIN: f64 = 1.01;
 /// Share of a satellite's variance that the others must check.
@@ -60,9 +60,9 @@ impl Converged {
             .sum()
     }
 
-    /// The same without the equation of one satellite: less by its residual against the position that
-    /// the others give, v²/(σ² − hᵀQh), v being its residual against the position of all and Q the
-    /// covariance of that (Cook 1977). `None` where the others give none.
+    /// The sum without the equation of one satellite: less by its residual against the position by the
+    /// others, v²/(σ² − hᵀQh), v being the residual against the position by all and Q the covariance of that
+    /// position (Cook 1977). `None` where the others determine no position.
     fn chi_square_without(&self, row: usize) -> Option<f64> {
         let row = &self.equations.rows[row];
         let design = SVector::from(row.design);
@@ -172,17 +172,17 @@ impl SingleContext<'_> {
         Ok(())
     }
 
-    /// Whether the residuals of so many equations are to be within what their variances allow.
+    /// Whether the residuals of a number of equations are to be within their variances.
     fn checks_residuals(&self, rows: usize) -> bool {
         rows > STATES && self.options.policy().tests_single_point()
     }
 
-    /// Whether the residuals without satellite `k` would surely be beyond what their variances allow,
-    /// by those of all satellites: what leaving one out takes from their χ² needs no new position.
+    /// Whether the residuals without satellite `k` would surely exceed their variances, judged by those of
+    /// all satellites: the decrease of χ² by leaving one satellite out needs no new position.
     fn cannot_pass_without(&self, of_all: &Converged, k: usize) -> bool {
         let equations = &of_all.equations;
         let Some(row) = equations.used.iter().position(|&used| used == k) else {
-            // Without it the position is that of all.
+            // Without this satellite the position is that of all.
             return true;
         };
         let left = equations.rows.len() - 1;

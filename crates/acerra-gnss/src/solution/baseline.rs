@@ -5,7 +5,7 @@ use acerra_geo::geodesy::EnuFrame;
 /// The vector from a moving base's antenna to the rover's, at the rover's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Baseline {
-    /// The base's antenna (ECEF, m), by its own codes: to metres.
+    /// The base's antenna (ECEF, m) by its own codes, accurate to metres.
     pub base_position_ecef_m: [f64; 3],
     /// From there to the rover's antenna (ECEF, m), by carrier phase where ambiguities are fixed.
     pub vector_ecef_m: [f64; 3],

@@ -14,8 +14,7 @@ pub struct Solution {
     pub time: GpsTime,
     /// Rover antenna position (ECEF, m).
     pub position_ecef_m: [f64; 3],
-    /// Its covariance (ECEF, m²), the base's place taken for known; of a moving base with that of its
-    /// place.
+    /// Its covariance (ECEF, m²), the base's place assumed known; of a moving base with that of its place.
     pub covariance_ecef_m2: [[f64; 3]; 3],
     /// The vector from a moving base ([`PositioningMode::MovingBase`]); `None` with a fixed base.
     ///

@@ -13,15 +13,15 @@ pub enum PpkError {
     /// The rover's log has no epochs.
     #[error("the rover's log holds no observation epochs")]
     NoRoverEpochs,
-    /// None of the rover's epochs lies between the times asked for.
+    /// None of the rover's epochs is within the requested time window.
     #[error(
-        "no epoch of the rover's log ({} to {}) lies in the time asked for, {} to {}",
+        "no epoch of the rover's log ({} to {}) lies in the requested time window, {} to {}",
         rover.0, rover.1, end_text(*.start), end_text(*.end)
     )]
     NothingInWindow {
         /// Span of the rover's log.
         rover: TimeSpan,
-        /// Start of the time asked for.
+        /// Start of the time window.
         start: Option<GpsTime>,
         /// Its end.
         end: Option<GpsTime>,
@@ -54,7 +54,7 @@ pub enum PpkError {
         /// Span of the base's log.
         base: TimeSpan,
     },
-    /// The base position is wanted from somewhere that has none.
+    /// The base position is to come from a source without one.
     #[error("the log does not hold the base position{}", suggestion(*.own_single_ecef_m))]
     BasePositionMissing {
         /// Median of the base's own single-point positions (ECEF, m), as a suggestion.
@@ -99,7 +99,7 @@ fn suggestion(own: Option<[f64; 3]>) -> String {
     own.map_or_else(String::new, |own_ecef_m| {
         let place = geodetic_from_ecef(own_ecef_m);
         format!(
-            "; the median of its own single-point positions, metres off at most, is {:.8}°, {:.8}°, {:.2} m \
+            "; the median of its own single-point positions, accurate to metres, is {:.8}°, {:.8}°, {:.2} m \
              (ellipsoidal height)",
             place.latitude_deg(),
             place.longitude_deg(),

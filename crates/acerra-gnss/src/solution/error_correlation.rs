@@ -4,12 +4,11 @@ use crate::observations::observation::EPOCH_TOLERANCE_S;
 
 /// Correlation in time of a trajectory's errors, as measured from its own fixes.
 ///
-/// Errors of phases are a sum of first-order Gauss–Markov processes (multipath) and white noise;
-/// float positions have the slow error of their ambiguities besides.
+/// Errors of phases are a sum of first-order Gauss–Markov processes (multipath) and white noise; float
+/// positions also have the slow error of their ambiguities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorCorrelation {
-    /// The parts of the phases' errors that last beyond an epoch; what their shares leave of one
-    /// is white.
+    /// The parts of the phases' errors that last beyond an epoch; the remaining share, up to one, is white.
     pub phases: Vec<Lasting>,
     /// The parts of the errors of float ambiguities, whose shares make up one.
     pub ambiguities: Vec<Lasting>,
@@ -28,9 +27,9 @@ pub struct Lasting {
 }
 
 impl Default for ErrorCorrelation {
-    /// Where nothing is measured: multipath as long as satellites take to turn it by a radian at
-    /// an antenna 1 m above a reflecting ground (180 s) is half of the phases' variance, and float
-    /// ambiguities err alike for 300 s.
+    /// Where nothing is measured: multipath as long as satellites take to turn it by a radian at an antenna 1
+    /// m above a reflecting ground (180 s) is half of the phases' variance, and the errors of float
+    /// ambiguities last for 300 s.
     fn default() -> Self {
         Self {
             phases: vec![Lasting {

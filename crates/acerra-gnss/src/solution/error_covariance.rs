@@ -1,8 +1,8 @@
 //! Covariance between the errors of a trajectory's positions.
 //!
-//! A stated standard deviation says how far off one position may be. Whoever looks at a stretch of
-//! trajectory, as autofocus does, needs to know in what way: an error that all positions share
-//! moves an image, one that changes within an aperture blurs it.
+//! A standard deviation states the error of one position. Users of a stretch of trajectory, such as
+//! autofocus, also need the correlation of the errors: an error that all positions share moves an image, an
+//! error that changes within an aperture blurs it.
 
 use super::epoch::Solution;
 use super::error_correlation::ErrorCorrelation;

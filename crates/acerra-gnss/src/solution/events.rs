@@ -9,9 +9,9 @@ const LARGEST_INTERVALS: f64 = 1.5;
 
 /// Positions at `events`, interpolated in `solutions` (ascending in time).
 ///
-/// Between four evenly spaced neighbours the cubic through them, else the straight line; nothing
-/// outside the solution and across gaps. Event times are GPS time as recorded: receivers mark
-/// events on the time scale that they steer to, not on the tags of their observations.
+/// Between four evenly spaced neighbours the cubic through them, else the straight line; no position outside
+/// the solution and across gaps. Event times are GPS time as recorded: receivers mark events on the time
+/// scale that they steer to, not on the tags of their observations.
 pub(crate) fn interpolate_events(
     events: &[EventRecord],
     solutions: &[Solution],

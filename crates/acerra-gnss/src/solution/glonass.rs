@@ -1,8 +1,8 @@
-//! What a run decided about GLONASS ambiguities.
+//! Decision of a run about GLONASS ambiguities.
 
 use std::fmt;
 
-/// What `--glonass-ar auto` decided, and on what evidence.
+/// Decision of `--glonass-ar auto`, with its evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum GlonassDecision {

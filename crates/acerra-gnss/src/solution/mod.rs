@@ -1,4 +1,4 @@
-//! What the engine answers: an epoch-by-epoch solution and the story behind it.
+//! Results of the engine: an epoch-by-epoch solution with its diagnosis.
 
 mod baseline;
 mod epoch;

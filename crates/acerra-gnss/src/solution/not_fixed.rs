@@ -62,8 +62,8 @@ pub enum NotFixedReason {
     },
     /// The integer search failed (covariance not positive definite).
     SearchFailed,
-    /// The fix rests on no more phases than a position takes, and in poor geometry: nothing would
-    /// show a wrong one.
+    /// The fix uses no more phases than determine a position, and in poor geometry: a wrong fix would not
+    /// show.
     NothingChecksFix,
     /// The float position was too uncertain for an attempt.
     FloatTooUncertain {

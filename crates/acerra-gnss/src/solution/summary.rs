@@ -21,7 +21,7 @@ pub struct PpkSummary {
     pub not_fixed: Vec<(&'static str, usize)>,
     /// Smallest, mean and largest age of the base's data (s), where any was used.
     pub age_s: Option<[f64; 3]>,
-    /// What was decided about GLONASS ambiguities, where that was left to the run.
+    /// Decision about GLONASS ambiguities, where the options leave it to the run.
     pub glonass: Option<GlonassDecision>,
     /// Distance of the base position given from the base's own single-point position (m), where the
     /// base has one.

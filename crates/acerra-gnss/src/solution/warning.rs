@@ -5,7 +5,7 @@ use crate::observations::signal::SignalCode;
 use acerra_geo::time::GpsTime;
 use std::fmt;
 
-/// A satellite system, or one satellite, that could not be used for want of navigation data.
+/// A satellite system, or one satellite, without the necessary navigation data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MissingNavigation {
     /// The satellite.
@@ -49,9 +49,9 @@ pub enum PpkWarning {
         /// Whether it is the base's log that lacks them.
         base: bool,
     },
-    /// Rover and base hold the same observations.
+    /// Rover and base hold identical observations.
     IdenticalFiles,
-    /// The base's Doppler shifts say that it moves: perhaps rover and base are swapped.
+    /// The base's Doppler shifts show motion: perhaps rover and base are swapped.
     BaseMoves {
         /// Median speed (m/s).
         speed_m_s: f64,
@@ -128,7 +128,7 @@ impl fmt::Display for PpkWarning {
                 "the {}'s log has no usable carrier phases: ambiguities cannot be resolved",
                 if *base { "base" } else { "rover" }
             ),
-            Self::IdenticalFiles => f.write_str("rover and base hold the same observations"),
+            Self::IdenticalFiles => f.write_str("rover and base hold identical observations"),
             Self::BaseMoves { speed_m_s } => write!(
                 f,
                 "the base moves at {speed_m_s:.1} m/s by its Doppler shifts: are rover and base \
@@ -164,8 +164,8 @@ impl fmt::Display for PpkWarning {
                  the base's own positions",
             ),
             Self::PassesStartAnew => f.write_str(
-                "combined-nophasereset: the backward pass starts afresh all the same, since one that starts \
-                 from the forward pass's integers confirms none of them (--unguarded follows RTKLIB)",
+                "combined-nophasereset: the backward pass still starts without integers, since a pass that \
+                 starts from the forward pass's integers confirms none of them (--unguarded follows RTKLIB)",
             ),
             Self::BasePositionDoubtful { distance_m } => write!(
                 f,

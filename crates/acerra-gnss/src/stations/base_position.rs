@@ -11,12 +11,12 @@ use acerra_geo::geodesy::EnuFrame;
 const AVERAGE_INTERVAL_S: f64 = 1.0 - 0.025;
 /// Base epochs whose single-point position is computed as a check of a given position.
 const CHECKED_EPOCHS: usize = 16;
-/// The same where their median is suggested as the base's position.
+/// The number where their median is suggested as the base's position.
 const SUGGESTED_EPOCHS: usize = 240;
 const LEAST_RADIUS_M: f64 = 6.0e6;
 const LARGEST_DISTANCE_M: f64 = 100e3;
-/// Distance from its own single-point position beyond which a base position is doubtful (m): three
-/// times what the median of single-frequency positions is off by.
+/// Distance from its own single-point position beyond which a base position is doubtful (m): three times the
+/// error of the median of single-frequency positions.
 const DOUBTFUL_DISTANCE_M: f64 = 10.0;
 /// Median Doppler speed above which a base counts as moving (m/s).
 const MOVING_SPEED_M_S: f64 = 0.3;
@@ -50,8 +50,8 @@ fn single_points<'e>(
 pub(crate) struct BasePlace {
     /// Its position (ECEF, m).
     pub position_ecef_m: [f64; 3],
-    /// Distance from the base's own single-point position (m), where there is one that did not make
-    /// the position itself.
+    /// Distance from the base's own single-point position (m), where there is one that is not the source of
+    /// the position.
     pub from_single_m: Option<f64>,
 }
 

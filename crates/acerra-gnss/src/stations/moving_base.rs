@@ -1,8 +1,8 @@
-//! A base that moves: where its antenna was, by its own codes.
+//! A base that moves: its antenna's place by its own codes.
 //!
-//! A receiver's place enters a baseline only through the directions to the satellites: metres of it
-//! turn them by less than a microradian. What it takes to a millimetre is the base's motion between
-//! its epoch and the rover's, by its Doppler shifts.
+//! A receiver's place enters a baseline only through the directions to the satellites: errors of metres turn
+//! the directions by less than a microradian. The base's motion between its epoch and the rover's, which must
+//! be accurate to a millimetre, comes from the base's Doppler shifts.
 
 use crate::measurements::measurement::Epoch;
 use crate::single::{SingleContext, SinglePoint};
@@ -11,9 +11,9 @@ use acerra_geo::time::GpsTime;
 /// Largest time between the epochs of two receivers on one vehicle (s), as RTKLIB has it: one
 /// second, and the tolerance of the tags.
 pub(crate) const LARGEST_SEPARATION_S: f64 = 1.05;
-/// Standard deviation of a speed that nobody measured (m/s): a drone's.
+/// Standard deviation of an unmeasured speed (m/s): that of a drone.
 const UNKNOWN_SPEED_SIGMA_M_S: f64 = 10.0;
-/// Standard deviation of the acceleration between two epochs (m/s²): a drone's.
+/// Standard deviation of the acceleration between two epochs (m/s²): that of a drone.
 const ACCELERATION_SIGMA_M_S2: f64 = 3.0;
 /// Distance to the satellites (m), which a base's error over it turns the directions by.
 const SATELLITE_DISTANCE_M: f64 = 2.2e7;
@@ -28,7 +28,7 @@ pub(crate) struct MovedBase {
     pub position_ecef_m: [f64; 3],
     /// Covariance of its place (m²).
     pub covariance_ecef_m2: [[f64; 3]; 3],
-    /// Covariance (m²) of its motion between its own epoch and the rover's.
+    /// Covariance (m²) of the base's motion between its epoch and the rover's.
     pub motion_ecef_m2: [[f64; 3]; 3],
 }
 
@@ -58,7 +58,7 @@ impl BaseTrack {
     }
 }
 
-/// Where the base of `point` was at `time`, a second at most from its own epoch.
+/// The place of the base of `point` at `time`, a second at most from the base's epoch.
 pub(crate) fn moved(point: &SinglePoint, time: GpsTime) -> MovedBase {
     let elapsed_s = time.seconds_since(point.time);
     let unknown = UNKNOWN_SPEED_SIGMA_M_S.powi(2);

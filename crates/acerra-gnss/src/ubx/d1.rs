@@ -22,7 +22,7 @@ fn second_of_week(bits: &Bits) -> u32 {
 }
 
 impl D1Collector {
-    /// Takes one subframe of ten 30-bit words.
+    /// Processes one subframe of ten 30-bit words.
     pub(super) fn take(&mut self, satellite: SatelliteId, words: &[u32; WORDS]) -> Decoded {
         let mut bits = Bits::default();
         for &word in words {

@@ -1,11 +1,11 @@
-//! What the next part of a satellite's navigation message completes.
+//! Result of the next part of a satellite's navigation message.
 
 use crate::orbits::navigation::{GlonassEphemeris, KeplerEphemeris, Klobuchar};
 
-/// What a subframe, page or string completed.
+/// Result of a subframe, page or string.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Decoded {
-    /// Nothing yet: parts of one issue are missing, or the part holds no ephemeris.
+    /// None yet: parts of one issue are missing, or the part holds no ephemeris.
     Pending,
     /// A Keplerian ephemeris of parts of one issue.
     Kepler(Box<KeplerEphemeris>),

@@ -1,4 +1,4 @@
-//! What a receiver says of its fix, while it is being recorded.
+//! Status of a receiver's fix during a recording.
 
 use super::frame::Frame;
 use super::measurement::bytes;
@@ -74,7 +74,7 @@ fn rawx_satellites(payload: &[u8]) -> Option<Vec<[u8; 2]>> {
     )
 }
 
-/// The same of the sixth generation: quality from 4 on has a pseudorange.
+/// Use flags in messages of the sixth generation: quality from 4 on has a pseudorange.
 fn raw_satellites(payload: &[u8]) -> Option<Vec<[u8; 2]>> {
     const LEAST_QUALITY: u8 = 4;
     let count = usize::from(*payload.get(6)?);

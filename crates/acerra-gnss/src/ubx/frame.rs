@@ -19,7 +19,7 @@ pub struct Frame<'a> {
     pub offset: usize,
 }
 
-/// What a log holds, piece by piece.
+/// Content of a log, piece by piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Piece<'a> {
     /// A frame.

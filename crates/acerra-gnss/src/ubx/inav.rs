@@ -18,8 +18,8 @@ pub(super) struct InavCollector {
 }
 
 impl InavCollector {
-    /// Takes an even and an odd page part of four 32-bit words each. `near` is any time within
-    /// half a week of it.
+    /// Processes an even and an odd page part of four 32-bit words each. `near` is any time within half a
+    /// week of them.
     pub(super) fn take(
         &mut self,
         satellite: SatelliteId,
@@ -288,7 +288,7 @@ mod tests {
                 Decoded::Pending
             );
         }
-        // Another satellite's words under this one's number.
+        // Words of another satellite under this satellite's number.
         let mut collector = InavCollector::default();
         for fields in words_of(12, 77) {
             let got = collector.take(satellite, &page(&fields), near);

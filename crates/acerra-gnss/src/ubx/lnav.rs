@@ -19,8 +19,8 @@ pub(super) struct LnavCollector {
 }
 
 impl LnavCollector {
-    /// Takes one subframe of ten 24-bit words (parity removed). `near` is any time within half a
-    /// week of it.
+    /// Processes one subframe of ten 24-bit words (parity removed). `near` is any time within half a week of
+    /// it.
     pub(super) fn take(
         &mut self,
         satellite: SatelliteId,

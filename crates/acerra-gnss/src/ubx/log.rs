@@ -18,7 +18,7 @@ use crate::observations::recorded::RecordedEpoch;
 use crate::observations::satellite::{SatelliteId, System};
 use crate::orbits::navigation::{Ephemeris, Klobuchar, Navigation};
 
-/// What a UBX log holds, with all signals.
+/// Content of a UBX log, with all signals.
 #[derive(Debug, Clone, Default)]
 pub struct UbxLog {
     /// Measurement epochs with the byte offset of their message, in the order of the log.
@@ -36,8 +36,8 @@ pub struct UbxLog {
 /// Reads a UBX log: RXM-RAWX, RXM-RAW, RXM-SFRBX, RXM-SFRB and TIM-TM2; other messages are
 /// counted.
 ///
-/// Navigation frames carry ten bits of the week at most; they are placed by the measurements of
-/// the same log, never by the computer's clock, and are not used where the log has none.
+/// Navigation frames carry ten bits of the week at most; the measurements of the log give the full week,
+/// never the computer's clock. Without measurements the frames are not used.
 pub fn read_ubx(log: &[u8]) -> UbxLog {
     let mut reader = Reader {
         near: first_time(log),
@@ -216,7 +216,7 @@ impl Reader {
         self.take(satellite, decoded, offset);
     }
 
-    /// Keeps what a part of a navigation message completed.
+    /// Keeps the result of a part of a navigation message.
     fn take(&mut self, satellite: SatelliteId, decoded: Decoded, offset: usize) {
         match decoded {
             Decoded::Pending => {}

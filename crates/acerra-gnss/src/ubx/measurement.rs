@@ -22,13 +22,13 @@ pub(super) fn bytes<const N: usize>(payload: &[u8], at: usize) -> Option<[u8; N]
     payload.get(at..at + N)?.try_into().ok()
 }
 
-/// What is remembered of a signal from epoch to epoch.
+/// History of a signal from epoch to epoch.
 #[derive(Debug, Clone, Copy)]
 struct Tracking {
     time: GpsTime,
     lock_time_s: f64,
     half_cycle_subtracted: bool,
-    /// A slip seen while there was no usable phase to mark with it.
+    /// A slip that occurred while there was no usable phase to mark.
     slip_pending: bool,
 }
 
@@ -58,7 +58,7 @@ impl Measurements {
         plausible.then(|| GpsTime::from_week_tow(i64::from(week), tow_s))
     }
 
-    /// RXM-RAWX (02 15). `Err` says why nothing came of it.
+    /// RXM-RAWX (02 15). `Err` gives the reason why no epoch results.
     pub(super) fn rawx(
         &mut self,
         payload: &[u8],
@@ -226,8 +226,8 @@ fn raw_block(
     Some((satellite, signal))
 }
 
-/// Whether a signal's lock is younger than its previous observation. Lock times are cut to whole
-/// milliseconds and stop at a ceiling, beyond which nothing is known.
+/// Whether a signal's lock is younger than its previous observation. Lock times are cut to whole milliseconds
+/// and stop at a ceiling, beyond which slips are not visible.
 fn lost_in_between(since_previous_s: f64, lock_time_s: f64) -> bool {
     since_previous_s > 0.0 && lock_time_s + 2e-3 < since_previous_s.min(LOCK_TIME_CEILING_S - 2e-3)
         || since_previous_s > LOCK_TIME_CEILING_S
@@ -272,7 +272,7 @@ fn is_beidou_geo(satellite: SatelliteId) -> bool {
     satellite.system() == System::Beidou && matches!(satellite.number(), 1..=5 | 59..=63)
 }
 
-/// The signal of a u-blox signal number; without one (first message version) the only one the
+/// The signal of a u-blox signal number; without a number (first message version) the only signal that the
 /// receivers of that time tracked.
 fn signal_code(system: System, signal: Option<u8>) -> Option<SignalCode> {
     let (band, attribute) = match (system, signal) {

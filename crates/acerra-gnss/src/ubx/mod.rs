@@ -36,7 +36,7 @@ pub fn epoch_time(frame: &frame::Frame<'_>) -> Option<acerra_geo::time::GpsTime>
 /// messages, and where the receiver does not know the time.
 #[must_use]
 pub fn rising_edge(frame: &frame::Frame<'_>) -> Option<EventRecord> {
-    /// Base of the time in the flags: that of the receiver alone is none of GPS.
+    /// Base of the time in the flags: a time by the receiver alone is not GPS time.
     const TIME_BASE: u8 = 0b1_1000;
     if (frame.class, frame.id) != (0x0D, 0x03) || frame.payload.get(1)? & TIME_BASE == 0 {
         return None;

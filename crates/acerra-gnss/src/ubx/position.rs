@@ -19,14 +19,14 @@ const SAME_EPOCH_S: f64 = 1.5e-3;
 /// A receiver's own solution (NAV-PVT).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReceiverSolution {
-    /// Time of week of the navigation epoch (ms of GPS time): what messages of one epoch share.
+    /// Time of week of the navigation epoch (ms of GPS time), which messages of one epoch share.
     pub tow_ms: u32,
     /// Time of the epoch; none while the receiver does not know date and time.
     pub time: Option<GpsTime>,
     /// Where its antenna is.
     pub place: Geodetic,
-    /// Standard deviations east, north, up (m). The message has one for both horizontal axes together, of
-    /// which each is given the same share.
+    /// Standard deviations east, north, up (m). The message has one value for both horizontal axes together,
+    /// which is shared equally.
     pub sigma_m: [f64; 3],
     /// Velocity east, north, up (m/s).
     pub velocity_m_s: [f64; 3],
@@ -44,12 +44,12 @@ pub struct FinePosition {
     pub tow_ms: u32,
     /// Where the antenna is, to 0.1 mm.
     pub place: Geodetic,
-    /// Standard deviations east, north, up (m), as of [`ReceiverSolution::sigma_m`].
+    /// Standard deviations east, north, up (m), as [`ReceiverSolution::sigma_m`].
     pub sigma_m: [f64; 3],
 }
 
-/// The solution that a message NAV-PVT (01 07) holds; `None` of other messages, of one cut short, and of
-/// coordinates that are nowhere.
+/// The solution in a message NAV-PVT (01 07); `None` for other messages, for one cut short, and for invalid
+/// coordinates.
 #[must_use]
 pub fn receiver_solution(frame: &Frame<'_>) -> Option<ReceiverSolution> {
     if (frame.class, frame.id) != (0x01, 0x07) || frame.payload.len() < 84 {
@@ -72,8 +72,8 @@ pub fn receiver_solution(frame: &Frame<'_>) -> Option<ReceiverSolution> {
     })
 }
 
-/// The position that a message NAV-HPPOSLLH (01 14) holds; `None` of other messages, of one that calls itself
-/// invalid, and of coordinates that are nowhere.
+/// The position in a message NAV-HPPOSLLH (01 14); `None` for other messages, for one with its invalid flag
+/// set, and for invalid coordinates.
 #[must_use]
 pub fn fine_position(frame: &Frame<'_>) -> Option<FinePosition> {
     const INVALID: u8 = 1;

@@ -3,12 +3,12 @@
 //! A log may be made so that a frame of 16 kB seems to begin at every sixth byte. The sums of the bytes of a block, and of
 //! the bytes times their place, are kept for all its beginnings; a checksum is made of the differences of two.
 
-/// Longest payload taken for real; a larger length field is noise.
+/// Longest plausible payload; a larger length field is noise.
 pub const MAX_PAYLOAD_BYTES: usize = 16_376;
 
 /// Bytes of a block whose sums are kept.
 const BLOCK_BYTES: usize = 1 << 17;
-/// Longest stretch that is asked for: class, identifier, length and payload.
+/// Longest stretch: class, identifier, length and payload.
 const LONGEST_BYTES: usize = MAX_PAYLOAD_BYTES + 4;
 
 /// Sums of a block of a log, modulo 256.
@@ -16,7 +16,7 @@ const LONGEST_BYTES: usize = MAX_PAYLOAD_BYTES + 4;
 pub(super) struct SumWindow {
     /// Where the block begins.
     first: usize,
-    /// Of the first k bytes: their sum, and that of each times its place.
+    /// Prefix sums over the first k bytes: the sum of the bytes, and the sum of each byte times its place.
     sums: Vec<[u8; 2]>,
     /// Bytes that were summed.
     steps: u64,

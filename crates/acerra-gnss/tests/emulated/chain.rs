@@ -407,7 +407,7 @@ fn bad_input_is_named() {
     assert!(
         error
             .to_string()
-            .contains("positions, metres off at most, is 40.649"),
+            .contains("positions, accurate to metres, is 40.649"),
         "{error}"
     );
     let header = o.clone().with_base_position(BasePosition::Header);

@@ -424,7 +424,7 @@ fn a_glonass_ephemeris_and_the_date_it_states() {
     };
     let told = read_rtcm(&glonass_1020(36_864_000), &wrong);
     assert_eq!(told.navigation, log.navigation);
-    assert!(told.report.remarks[0].contains("its own date is taken"));
+    assert!(told.report.remarks[0].contains("own date is used"));
     let Ephemeris::Glonass(e) = log.navigation.ephemerides[0] else {
         panic!()
     };

@@ -1,9 +1,9 @@
 //! Engines for pieces of the aperture, and in batches of pulses.
 //!
-//! Pieces of the aperture may have engines of different parameters; their images are summed. Range tables
-//! of all pulses are kept for any number of runs where memory holds them. Where it does not, each run
-//! takes the pulses in batches: the tables of a batch are built, its image is added to the sum, and the
-//! next batch takes the same memory.
+//! Pieces of the aperture may have engines of different parameters; the images of the pieces are summed.
+//! Range tables of all pulses are kept for any number of runs where they fit in memory. Otherwise each run
+//! takes the pulses in batches: the tables of a batch are built, its image is added to the sum, and the next
+//! batch takes the same memory.
 
 use super::direct::{Direct, DirectSpec};
 use super::factorized::aperture::partition_aperture;
@@ -23,16 +23,16 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Share of the memory allowed that batches fill: building tables takes a little beside them.
+/// Share of the allowed memory that batches fill: building tables needs a little more.
 const FILLED: f64 = 0.8;
 
-/// Neighbouring pulses that are imaged alike.
+/// Neighbouring pulses that share an engine.
 #[derive(Debug, Clone)]
 pub(crate) struct Piece<S> {
     pub pulses: Range<usize>,
     /// Parameters of their engine.
     pub spec: S,
-    /// Least and greatest range that each of them looks up, m.
+    /// Least and greatest range that each pulse looks up, m.
     pub ranges_m: Vec<[f64; 2]>,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Piece<S> {
 pub(crate) struct Parts {
     /// Each run, and the bytes that it takes.
     runs: Vec<(Range<usize>, u128)>,
-    /// Bytes that a run of the engine takes besides, however many of them it has.
+    /// Bytes of a run in addition to the tables, however many pulses the engine has.
     making: u128,
 }
 
@@ -94,14 +94,14 @@ pub(crate) struct Division<S> {
     jobs: Vec<Job<S>>,
     /// Whether memory holds the engines of all jobs together.
     kept: bool,
-    /// Bytes that a run takes beside the image.
+    /// Bytes of a run in addition to the image.
     pub bytes: u128,
 }
 
 impl<S: Copy + Sync> Division<S> {
-    /// The pieces as they are where all fit beside an image of `output_bytes`, and where there are several
-    /// beside their sum; else as few batches of their parts as do. A part that does not fit is a batch of
-    /// its own.
+    /// The pieces unchanged where all fit together with an image of `output_bytes` (of several pieces, also
+    /// with their sum); else their parts in as few batches as possible. A part that does not fit is a
+    /// separate batch.
     pub fn of<E: TableEngine<Spec = S>>(
         echoes: &WeightedPulses,
         grid: &ImageGrid,
@@ -293,8 +293,8 @@ impl<E: TableEngine> Imager<E> {
         Ok(sums)
     }
 
-    /// Estimated seconds of a run; of batches by building the tables of one and running it in part.
-    /// Once cancelled, the value has no meaning.
+    /// Estimated seconds of a run; with batches, by building the tables of one batch and running it in part.
+    /// Once cancelled, the value is meaningless.
     pub fn estimate_s(&self, echoes: &WeightedPulses, grid: &ImageGrid, control: Control) -> f64 {
         if let [engine] = &self.engines[..] {
             return engine.estimate_s(echoes, grid, control);
@@ -318,7 +318,7 @@ impl<E: TableEngine> Imager<E> {
         (built_s + engine.estimate_s(&of_job, grid, control)) * share
     }
 
-    /// Hands over one engine after another, each with its pulses.
+    /// Passes on one engine after another, each with its pulses.
     fn each(
         &self,
         echoes: &WeightedPulses,
@@ -455,7 +455,7 @@ mod tests {
             in_order,
             parts.iter().map(|p| p.0.clone()).collect::<Vec<_>>()
         );
-        // What does not fit at all is left to the check of memory.
+        // A part that does not fit is left to the check of memory.
         assert_eq!(batches(&parts, 20).len(), 7);
     }
 }

@@ -42,7 +42,8 @@ pub(crate) struct DoubleTables {
     bins: Vec<Bin>,
 }
 
-/// Fills an image row after row with what `values` gives at the points of one, `pulses` contributions each.
+/// Fills an image row after row with the values that `values` computes for the points of a row, `pulses`
+/// contributions each.
 pub(crate) fn image_by_rows(
     grid: &ImageGrid,
     image: &mut [Complex32],
@@ -189,7 +190,7 @@ impl DoubleTables {
         sums
     }
 
-    /// Adds what a pulse contributes along ways.
+    /// Adds the contribution of a pulse along interpolated paths.
     fn add_along(&self, row: &Row<'_>, ways: &Ways, sums: &mut [Complex64]) {
         let halves = ways.half_m.chunks_exact(DELAYS);
         let weights = ways.weight.chunks_exact(DELAYS);

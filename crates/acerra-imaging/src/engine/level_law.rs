@@ -14,7 +14,7 @@ use std::ops::Range;
 /// leaves some 10⁻⁸ of the height.
 const KNOTS_PER_HEIGHT: f64 = 32.0;
 
-/// Amplitude left by absorption both ways at the frequency of the rays, over half a way of these lengths.
+/// Two-way amplitude factor of absorption at the frequency of the rays, over half a path of these lengths.
 pub(crate) fn transmitted(
     ground: &Ground,
     soil_m: &[f64; MAX_LAYERS],

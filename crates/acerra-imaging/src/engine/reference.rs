@@ -114,7 +114,7 @@ struct Echo {
 }
 
 impl Echo {
-    /// Of the point as `pulse` sees it; `None` where an antenna is on it and its amplitude has no value.
+    /// As `pulse` sees the point; `None` where an antenna is at the point and the amplitude is infinite.
     fn of(pulses: &Pulses, pulse: usize, point: [f64; 3], spreading: Spreading) -> Option<Self> {
         let rays = pulses.rays(pulse, point);
         let amplitude = match spreading {
@@ -135,8 +135,8 @@ impl Echo {
     }
 }
 
-/// The data that point scatterers give along the rays of `pulses`: their antennas, ground, frequencies and weights
-/// count, not their spectra; `[M, N]` row-major. The exact adjoint of [`adjoint`] on the same pulses.
+/// The data of point scatterers along the rays of `pulses`: antennas, ground, frequencies and weights are
+/// used, spectra are not; `[M, N]` row-major. The exact adjoint of [`adjoint`] on the same pulses.
 ///
 /// ```
 /// use acerra_imaging::reference::{self, Scatterer};
@@ -200,8 +200,8 @@ pub fn pulse_at_range(pulses: &Pulses, pulse: usize, range_m: f64) -> Complex64 
         .sum()
 }
 
-/// The data that point scatterers give: Eq. (1) of the same paper in its discrete form,
-/// E(m, n) = Σ_i σ_i e^{−j4πf_n R/c} / R²; `[M, N]` row-major.
+/// The data of point scatterers: Eq. (1) of the same paper in its discrete form, E(m, n) = Σ_i σ_i e^{−j4πf_n
+/// R/c} / R²; `[M, N]` row-major.
 ///
 /// With unit pulse weights this is the exact adjoint of [`adjoint`].
 ///

@@ -1,9 +1,10 @@
 //! Range tables of a level plane below level ground.
 //!
-//! At the straight distance R = (i + δ)·b a bin holds, as any other, the least-squares polynomial in δ of the pulse's
-//! contribution without the carrier's phase advance αδ in air. What the optical length P(R) advances faster than R
-//! widens the band that the polynomials follow, at most by the refractive index. Contributions come from a table over
-//! optical lengths in double precision; the polynomial is found by Gauss's quadrature with four nodes a bin.
+//! At the straight distance R = (i + δ)·b a bin holds, as in other tables, the least-squares polynomial in δ
+//! of the pulse's contribution without the carrier's phase advance αδ in air. The faster advance of the
+//! optical length P(R) widens the band of the polynomials by at most the refractive index. Contributions come
+//! from a table over optical lengths in double precision; the polynomial is found by Gauss's quadrature with
+//! four nodes a bin.
 
 use super::double::DoubleTables;
 use super::level_law::{Knots, LevelLaw};
@@ -102,7 +103,7 @@ pub(crate) fn refracted_table(
     Ok(table)
 }
 
-/// Bins over optical lengths, of third degree, whose error is small beside that of `spec`.
+/// Bins over optical lengths, of third degree, whose error is small relative to that of `spec`.
 fn source_spec(pulses: &Pulses, spec: &TableSpec) -> TableSpec {
     let frequencies = pulses.frequency_hz().len();
     let power = vec![1.0; frequencies];

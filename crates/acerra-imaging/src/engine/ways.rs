@@ -1,8 +1,9 @@
 //! Ways of echoes to the points of a row, interpolated between exact rays.
 //!
-//! Along a row the half way and the weight of an echo are smooth but where the earliest ray changes its crossing. The
-//! row is bisected until cubics through lengths and slopes at both ends (Hermite) meet the exact length in the middle;
-//! slopes come without further rays, by Fermat's principle. Where they never do, every point has its exact ray.
+//! Along a row the half path and the weight of an echo are smooth, except where the earliest ray changes its
+//! crossing. The row is bisected until cubics through lengths and slopes at both ends (Hermite) agree with
+//! the exact length in the middle; slopes need no further rays, by Fermat's principle. Where cubics never
+//! agree, every point has an exact ray.
 
 use super::weights::WeightedPulses;
 
@@ -14,22 +15,24 @@ pub(crate) const BLOCK: usize = 32;
 pub(crate) struct WayTolerance {
     /// Of half the optical length in the middle of a span, m.
     half_m: f64,
-    /// Of the weight in the middle from the mean of both ends, in shares of it.
+    /// Deviation of the weight in the middle from the mean of both ends, relative.
     weight: f64,
 }
 
 impl WayTolerance {
-    /// Every way is that of its rays.
+    /// Every path is along exact rays.
     pub const EXACT: Self = Self {
         half_m: 0.0,
         weight: 0.0,
     };
 
-    /// Such that a contribution whose shortest wave has the length `wave_m` deviates by `accuracy` of it.
+    /// Tolerance such that a contribution whose shortest wave has the length `wave_m` deviates by the share
+    /// `accuracy`.
     ///
-    /// The deviation of a cubic grows with the fourth power of its span: that of the halves, which are used, is a
-    /// sixteenth of the one that is tested, or an eighth where curvatures jump; half of that room is kept. A parabola
-    /// through three weights follows a smooth function to the power 3/2 of its deviation from the chord, or better.
+    /// The deviation of a cubic grows with the fourth power of its span: the deviation of the halves, which
+    /// are used, is a sixteenth of the tested one, or an eighth where curvatures jump; half of that margin is
+    /// kept. A parabola through three weights follows a smooth function to the power 3/2 of its deviation
+    /// from the chord, or better.
     pub fn new(accuracy: f64, wave_m: f64) -> Self {
         Self {
             half_m: 4.0 * accuracy * wave_m / (4.0 * std::f64::consts::PI),
@@ -45,7 +48,7 @@ pub(crate) struct Ways {
     pub weight: [f64; BLOCK],
 }
 
-/// An exact way: half its length, its weight, and the change of the half length from a point to the next.
+/// An exact path: half its length, its weight, and the change of the half length from a point to the next.
 #[derive(Debug, Clone, Copy)]
 struct Knot {
     at: usize,
@@ -93,7 +96,7 @@ impl Ways {
         self.weight[knot.at] = knot.weight;
     }
 
-    /// Fills what lies between two exact ways.
+    /// Interpolates between two exact paths.
     fn between(
         &mut self,
         exact: &impl Fn(usize) -> Knot,
@@ -157,7 +160,8 @@ mod tests {
     use crate::refraction::{Ground, Layer, Relief, Soil, Surface};
     use num_complex::Complex64;
 
-    /// Interpolated ways over a relief deviate from those of exact rays by the tolerance at most, and take fewer rays.
+    /// Interpolated paths over a relief deviate from exact rays by the tolerance at most, and need fewer
+    /// rays.
     #[test]
     fn ways_follow_exact_rays_within_the_tolerance() {
         let height_m = |k: usize| 0.02 * (0.15 * (k % 160) as f64).sin();

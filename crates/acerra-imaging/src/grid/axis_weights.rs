@@ -1,6 +1,6 @@
 //! Interpolation of heights along an axis.
 
-/// Weights of pixels along an axis for a place between or beside them.
+/// Weights of pixels along an axis for a place between pixels or beyond the last.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AxisWeights {
     pixels: [(usize, f64); Self::MOST],
@@ -10,7 +10,7 @@ pub(crate) struct AxisWeights {
 impl AxisWeights {
     /// Four pixels, each with its reflection.
     const MOST: usize = 8;
-    /// Places so close to a pixel are taken for its own, pixels.
+    /// Distance within which a place counts as a pixel's own, pixels.
     const SAME: f64 = 1e-6;
 
     /// At `t` pixels from the first of `count`: cubic convolution (Keys 1981, a = −½).

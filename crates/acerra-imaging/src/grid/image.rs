@@ -43,7 +43,7 @@ impl<'a> ImageGrid<'a> {
         }
     }
 
-    /// Whether pixels have heights of their own.
+    /// Whether every pixel has a separate height.
     #[must_use]
     pub fn is_uneven(&self) -> bool {
         self.surface.is_some()
@@ -69,7 +69,7 @@ impl<'a> ImageGrid<'a> {
         Terrain::new(self.surface)
     }
 
-    /// Bounds of the ranges from `antenna_m` to all pixels and to `margin` columns beside them.
+    /// Bounds of the ranges from `antenna_m` to all pixels and to `margin` further columns on either side.
     pub(crate) fn ranges_m(&self, antenna_m: [f64; 3], margin: f64) -> [f64; 2] {
         match self.surface {
             Some(surface) => surface.ranges_m(antenna_m, margin),
@@ -142,7 +142,7 @@ pub(crate) struct Patch<'a> {
     pub grid: TiltedGrid,
     /// Heights of its pixels over uneven ground.
     pub relief: Option<Relief<'a>>,
-    /// The ground between and beside them.
+    /// The ground between the pixels and around them.
     pub terrain: Terrain<'a>,
 }
 

@@ -9,7 +9,7 @@ pub(crate) struct Relief<'a> {
 }
 
 impl<'a> Relief<'a> {
-    /// The same heights counted from pixel (i, j).
+    /// The heights, counted from pixel (i, j).
     pub fn seen_from(self, i: usize, j: usize) -> Self {
         Self {
             heights_m: &self.heights_m[j * self.stride + i..],

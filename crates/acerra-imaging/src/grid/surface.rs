@@ -41,7 +41,7 @@ impl SurfaceGrid {
         Self::from_fn(base, |_, _| Ok(heights.next().unwrap_or(0.0)))
     }
 
-    /// The surface whose height at (x, y) is `z_m(x, y)`, asked for row by row.
+    /// The surface whose height at (x, y) is `z_m(x, y)`, called row by row.
     ///
     /// # Errors
     /// Whatever `z_m` returns; a height that is not finite; more memory than an image may take.
@@ -72,8 +72,8 @@ impl SurfaceGrid {
         Ok(Self::about_middle(base, datum_m, relief_m))
     }
 
-    /// The same from heights that several threads may ask for at a time. Of several errors the first one in the
-    /// order of the rows is returned.
+    /// As [`Self::from_fn`], with heights that several threads may compute at a time. Of several errors the
+    /// first one in the order of the rows is returned.
     ///
     /// ```
     /// use acerra_imaging::{ImagingError, PlaneGrid, SurfaceGrid};

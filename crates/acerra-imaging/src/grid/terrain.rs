@@ -1,4 +1,4 @@
-//! Places of samples between the pixels of uneven ground, or beside them.
+//! Places of samples between the pixels of uneven ground, or around them.
 
 use super::relief::Relief;
 use super::surface::SurfaceGrid;
@@ -6,7 +6,7 @@ use super::tilted::TiltedGrid;
 use crate::vector::norm;
 use rayon::prelude::*;
 
-/// The ground under an engine's grids: their own plane, or a surface over it.
+/// The ground under an engine's grids: the plane of the grids, or a surface over it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Terrain<'a>(Option<&'a SurfaceGrid>);
 
@@ -19,7 +19,7 @@ impl<'a> Terrain<'a> {
         Self(surface)
     }
 
-    /// Whether samples have heights of their own.
+    /// Whether every sample has a separate height.
     pub fn is_uneven(&self) -> bool {
         self.0.is_some()
     }

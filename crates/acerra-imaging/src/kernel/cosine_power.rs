@@ -5,7 +5,7 @@ use super::lanes::Lanes;
 /// Roots of two that are drawn of the ratio for a power that is not whole: ρ^(1/32) of a ratio between 10⁻⁴
 /// and 10⁴ lies between 0.75 and 1.34.
 const ROOTS: u32 = 5;
-/// Terms of the binomial series of what is left of the power.
+/// Terms of the binomial series of the remaining power.
 const TERMS: usize = 9;
 /// Largest value: beyond it the cosine by which the ratio is divided has long vanished in the range table.
 const MOST: f64 = 1e30;

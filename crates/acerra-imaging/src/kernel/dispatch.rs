@@ -43,8 +43,8 @@ pub(crate) fn portable_token() -> impl Lanes {
     portable::Portable::<8>
 }
 
-/// Portable arrays as wide as the vectors of the widest level, to test what depends on the width where the
-/// processor has no such vectors.
+/// Portable arrays as wide as the vectors of the widest level, for tests of the dependence on the width where
+/// the processor has no such vectors.
 #[cfg(test)]
 pub(crate) fn wide_token() -> impl Lanes {
     portable::Portable::<{ super::lanes::MAX_LANES }>

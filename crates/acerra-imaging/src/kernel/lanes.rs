@@ -16,7 +16,7 @@ pub(crate) trait Lanes: Copy {
     type V: Copy;
     /// A vector of [`DOUBLES`] numbers in double precision.
     type Doubles: Copy;
-    /// Numbers in it, at most [`MAX_LANES`].
+    /// Number of values, at most [`MAX_LANES`].
     const N: usize;
 
     fn splat(self, x: f32) -> Self::V;
@@ -67,7 +67,7 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// All those must be writable.
     unsafe fn scatter_add4(self, p: *mut f32, i: Self::V, step: usize, v: [Self::V; 4]);
-    /// The same for eight numbers a place, lanes in any order: lane l of vector k is added to the number at
+    /// As above for eight numbers a place, lanes in any order: lane l of vector k is added to the number at
     /// `p` + 8·i[l] + k.
     ///
     /// # Safety
@@ -75,7 +75,7 @@ pub(crate) trait Lanes: Copy {
     unsafe fn scatter_add8(self, p: *mut f32, i: Self::V, v: [Self::V; 8]);
     /// −v in the lanes where i, made by adding [`ROUNDING`], holds an odd whole number, and v elsewhere.
     fn negate_odd(self, v: Self::V, i: Self::V) -> Self::V;
-    /// The same number in every place of a vector in double precision.
+    /// One number in every place of a vector in double precision.
     fn splat_f64(self, x: f64) -> Self::Doubles;
     fn load_f64(self, x: [f64; DOUBLES]) -> Self::Doubles;
     fn store_f64(self, v: Self::Doubles) -> [f64; DOUBLES];

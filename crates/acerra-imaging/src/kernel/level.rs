@@ -8,8 +8,8 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum SimdLevel {
-    /// Eight-lane arrays as the compiler turns them into what every processor of the target has
-    /// (SSE2 on x86-64, NEON on 64-bit Arm).
+    /// Eight-lane arrays that the compiler turns into the instructions of every processor of the target (SSE2
+    /// on x86-64, NEON on 64-bit Arm).
     Portable,
     /// AVX2 and FMA, 8 lanes.
     Avx2,

@@ -2,8 +2,8 @@
 //! the carrier phase of the range to the sub-aperture's centre, and added.
 //!
 //! A row is held phase by phase: of fine pixels D·q + p all q of one p are together, so that the
-//! interpolation taps are plain vectors of coarse samples. Neighbouring phases take the same samples with
-//! other weights, and are summed together: each sample is loaded once for all of them.
+//! interpolation taps are plain vectors of coarse samples. Neighbouring phases use the same samples with
+//! other weights, and are summed together: each sample is loaded once for several phases.
 
 use super::lanes::{Lanes, MAX_LANES};
 use super::phase::{Intervals, PhaseRow, RowCarrier, RowHeights};
@@ -25,15 +25,15 @@ const MOST_TOGETHER: usize = 4;
 /// Interpolation weights of the pixels of a cell along an axis.
 #[derive(Debug)]
 pub(crate) struct Stencil {
-    /// For each pixel those of the samples from the cell's first on, zeros where it takes none.
+    /// For each pixel the weights of the samples from the cell's first on, zeros for unused samples.
     weights: Vec<[f32; MOST_REACH]>,
     /// Samples that it takes.
     taken: Vec<Range<usize>>,
 }
 
 impl Stencil {
-    /// `weights` of the samples that each pixel takes, and the first of them, below [`MOST_SAMPLES`]; zeros at either
-    /// end are left out.
+    /// `weights` of the samples that each pixel uses, and the first such sample, below [`MOST_SAMPLES`];
+    /// zeros at either end are left out.
     pub fn new(weights: &[[f32; MOST_TAPS]], first: impl Fn(usize) -> usize) -> Self {
         let padded = |(pixel, taps): (usize, &[f32; MOST_TAPS])| {
             let from = first(pixel);
@@ -87,7 +87,7 @@ pub(crate) fn merge_across<S: Lanes>(s: S, job: &MergeAcross, lines: &mut [f32])
     while column < coarse {
         // Whole vectors: the last one begins where it ends with the row.
         let at = column.min(coarse - S::N);
-        // All runs at one place: they take the same samples, which are then in the first-level cache.
+        // All runs at one place: they use the same samples, which are then in the first-level cache.
         for run in job.stencil.runs(count) {
             // SAFETY: the run lies within the first `count` fine rows, each of which has two lines; rows and lines
             // have `coarse` samples, and at + N ≤ coarse.
@@ -332,7 +332,7 @@ mod tests {
                 cosine,
                 sine,
             };
-            // A slope, and numbers that look random beside it.
+            // A slope, with pseudorandom numbers added.
             let middle_m: Vec<f32> = (0..CELLS).map(|q| 0.3 * (q as f32 / 16.0 - 1.0)).collect();
             let above_m: Vec<f32> = (0..pixels * CELLS)
                 .map(|at| middle_m[at % CELLS] + height_m * number(500 + at))

@@ -22,8 +22,8 @@ pub(crate) struct PhaseRow {
     pub sine: [f32; 6],
 }
 
-/// Heights of a row of pixels that is taken in intervals, above the plane of the row, m: those of the first pixels of
-/// all intervals side by side, then of the second ones, and so on.
+/// Heights of a row of pixels in intervals, above the plane of the row, m: those of the first pixels of all
+/// intervals contiguously, then of the second ones, and so on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowHeights<'a> {
     /// `[pixels of an interval, intervals]`.
@@ -185,7 +185,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
             cycles: s.splat(job.cycles_per_m as f32),
             interval_m,
             half_m,
-            // Of single pixels there is nothing to expand.
+            // Single pixels need no expansion.
             cubic: interval > 1 && cubic,
         }
     }
@@ -200,7 +200,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         }
     }
 
-    /// The N intervals from `q` on, N of which [`Self::has_heights`] was asked for.
+    /// The N intervals from `q` on, for which the caller checked [`Self::has_heights`].
     #[inline(always)]
     pub fn intervals<const RELIEF: bool>(&self, q: usize) -> Intervals<S> {
         let (s, job) = (self.s, self.job);
@@ -258,7 +258,8 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         found
     }
 
-    /// By how much ranges at `offset`, and over uneven ground at heights `rise` above, exceed that of the middle.
+    /// Excess of the ranges at `offset`, and over uneven ground at heights `rise` above, over the range of
+    /// the middle.
     #[inline(always)]
     fn difference<const RELIEF: bool>(&self, at: &Intervals<S>, offset: S::V, rise: S::V) -> S::V {
         let s = self.s;

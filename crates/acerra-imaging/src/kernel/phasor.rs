@@ -12,7 +12,7 @@ pub(crate) struct Phasors<S: Lanes> {
 }
 
 impl<S: Lanes> Phasors<S> {
-    /// The same number in every place.
+    /// One number in every place.
     #[inline(always)]
     pub fn splat(s: S, z: Complex64) -> Self {
         Self {
@@ -77,7 +77,7 @@ fn series<S: Lanes>(s: S, x: S::Doubles, coefficients: &[f64; 9]) -> S::Doubles 
     sum
 }
 
-/// e^{j2πt} for t in turns, |t| < 2⁴⁹, to about two rounding errors beside what t itself is rounded by.
+/// e^{j2πt} for t in turns, |t| < 2⁴⁹, to about two rounding errors in addition to the rounding of t itself.
 #[inline(always)]
 pub(crate) fn phasors<S: Lanes>(s: S, turns: [f64; DOUBLES]) -> Phasors<S> {
     let mut quarters = [0u64; DOUBLES];

@@ -54,7 +54,7 @@ impl Band<'_> {
                 let (whole_re, whole_im) = (s.store_f64(whole.re), s.store_f64(whole.im));
                 let mut out = [re, im];
                 for k in 0..DOUBLES {
-                    // At every multiple of the unambiguous range the limit, with its sign.
+                    // At every multiple of the unambiguous range: the limit, with its sign.
                     let envelope = if half_im[k].abs() < LEAST_SINE {
                         count * whole_re[k] / half_re[k]
                     } else {
@@ -87,7 +87,7 @@ impl Band<'_> {
         }
     }
 
-    /// The same at one excess range.
+    /// The sum at one excess range.
     pub fn kernel_at(&self, excess_m: f64) -> Complex64 {
         let phase_rad = |turns: f64| TAU * (turns - turns.round());
         match *self {
@@ -128,9 +128,9 @@ pub(crate) struct Received<'a> {
     pub phasor: &'a [Complex64],
 }
 
-/// Σ_m a_m K(R_m − r_m)/R_m² at a point, R_m being its range from each place, and the same with the complex
-/// factors; K is the band's sum over frequencies. As many pulses enter as all lists have, and none enters the
-/// second sum where it has no factors.
+/// Σ_m a_m K(R_m − r_m)/R_m² at a point, R_m being its range from each place, and the sum with the complex
+/// factors; K is the band's sum over frequencies. The number of pulses is that of the shortest list; without
+/// factors the second sum is zero.
 #[inline(always)]
 pub(crate) fn responses<S: Lanes>(
     s: S,
@@ -167,7 +167,7 @@ pub(crate) fn responses<S: Lanes>(
             square_m2[k] = x * x + y * y + z * z;
             excess_m[k] = square_m2[k].sqrt() - block.range_m[k];
         }
-        // What fills up the last block counts nothing.
+        // Padding of the last block contributes nothing.
         for k in count..DOUBLES {
             (square_m2[k], excess_m[k]) = (1.0, 0.0);
         }

@@ -1,4 +1,4 @@
-//! Arrays for any processor; the compiler turns the loops into its own vectors.
+//! Arrays for any processor; the compiler turns the loops into its vector instructions.
 
 use super::lanes::{DOUBLES, Lanes, ROUNDING};
 
@@ -25,7 +25,7 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
-/// The same in double precision.
+/// Arrays in double precision.
 #[inline(always)]
 fn fused_f64(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(any(target_arch = "aarch64", target_feature = "fma")) {

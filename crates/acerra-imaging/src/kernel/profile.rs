@@ -24,7 +24,7 @@ pub(crate) fn even_sums(
     dispatch!(level, s => sums(s, spectrum, [start_hz, step_hz], delays_s))
 }
 
-/// The same in vectors that the compiler makes for the level of `s`: as many polynomials as its registers
+/// As above, in vectors that the compiler makes for the level of `s`: as many polynomials as its registers
 /// hold.
 #[inline(always)]
 fn sums<S: Lanes>(

@@ -11,7 +11,7 @@ pub(crate) struct SplitRow<'a> {
     pub phase: PhaseRow,
     /// Pixels of a cell.
     pub pixels: usize,
-    /// What each sample of a cell takes of the pixels.
+    /// Weights of the pixels in each sample of a cell.
     pub shares: &'a [Vec<Share>],
     /// Weights of the coarse rows about the fine row.
     pub across: &'a [f32],
@@ -21,10 +21,10 @@ pub(crate) struct SplitRow<'a> {
     pub padded: usize,
 }
 
-/// A pixel's weight in a sample of its cell or one that follows.
+/// A pixel's weight in a sample of its cell or of a following cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Share {
-    /// Pixel of the cell, and cells from it to the sample's, at most [`MOST_TAPS`].
+    /// Pixel of the cell, and number of cells from the pixel's to the sample's, at most [`MOST_TAPS`].
     pub pixel: usize,
     pub cells: usize,
     pub weight: f32,

@@ -26,7 +26,7 @@ pub(crate) struct Row<'a> {
     pub carrier_turns: f64,
 }
 
-/// The profile at every range; ranges beyond the bins are taken at the nearest of them.
+/// The profile at every range; ranges beyond the bins take the value of the nearest bin.
 pub(crate) fn profiles(
     level: SimdLevel,
     row: &Row,
@@ -44,7 +44,7 @@ fn looked_up<S: Lanes>(s: S, row: &Row, ranges_m: &[f64; DELAYS]) -> [Complex64;
     let (mut re, mut im) = ([0.0; DELAYS], [0.0; DELAYS]);
     for (k, range) in ranges_m.iter().enumerate() {
         let at = range * row.bins_per_m - row.first_bin;
-        // Casts saturate: nothing below 0 is left.
+        // Casts saturate: values below 0 become 0.
         let index = ((at + 0.5) as usize).min(last);
         let delta = at - index as f64;
         let [c0, c1, c2, c3] = row.bins[index];
@@ -77,7 +77,7 @@ mod tests {
             bins_per_m: 200.0,
             carrier_turns: 0.17,
         };
-        // Bins 1000 to 1008, their edges, and ranges beside them.
+        // Bins 1000 to 1008, their edges, and ranges outside them.
         let bin_numbers = [
             1000.0, 1000.49, 1003.3, 1004.51, 1007.9, 1008.2, 999.7, 1008.9,
         ];

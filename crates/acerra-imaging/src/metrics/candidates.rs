@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::image::ImageView;
 
-/// Places (x, y) of the local maxima of an image down to `floor_db` below its greatest, strongest
-/// first and at most so many, m.
+/// Places (x, y), m, of the local maxima of an image down to `floor_db` below its greatest, strongest first,
+/// with a limit on their number.
 #[must_use]
 pub fn strongest_maxima(image: &ImageView<'_>, floor_db: f64, most: usize) -> Vec<[f64; 2]> {
     let of_row = |row: &[Complex32]| {

@@ -3,12 +3,12 @@
 use super::field::{Field, best_on_line, climb_to_peak};
 use crate::psf::cell::Cell;
 
-/// Points at which the crest is looked at on either side, within half a Rayleigh distance across.
+/// Samples of the crest on either side, within half a Rayleigh distance across.
 const LOOKS: i32 = 8;
 /// Step of the search along the track, as a share of the Rayleigh distance along it: small enough
 /// for a parabola, large enough to follow a crest askew to the track.
 const ALONG_SHARE: f64 = 0.1;
-/// A crest that rises still at the end of one search continues in the next.
+/// A crest that still rises at the end of one search is followed in the next.
 const SEARCHES: usize = 4;
 /// The crest ends where it falls below this share of its top: an image's errors of up to 10⁻² make
 /// dips of twice that, and beyond a deeper one is another target.
@@ -17,11 +17,11 @@ const FLAT: f64 = 0.98;
 /// Climbs to the maximum nearest to `start_m` and follows its crest across the track, half a
 /// Rayleigh distance to either side where it is as long and as flat as that, to the highest point.
 ///
-/// The lobe of a target under the track is several decimetres long across the track and flat to
-/// fractions of a per cent, so that an image's own errors (10⁻³ of the peak by default) make
-/// maxima of their own on it, and the pixel nearest to the crest decides which of them a climb
-/// alone finds. Arguments and result as [`climb_to_peak`]; `tangent` is the horizontal unit vector of
-/// the flight direction at the lobe ([`LocalTrack::tangent`](super::LocalTrack::tangent)), `cell` its Rayleigh distances.
+/// The lobe of a target under the track is several decimetres long across the track and flat to fractions of
+/// a per cent, so that errors of the image (10⁻³ of the peak by default) cause several maxima on the crest,
+/// and the start pixel decides which of these maxima a plain climb finds. Arguments and result as
+/// [`climb_to_peak`]; `tangent` is the horizontal unit vector of the flight direction at the lobe
+/// ([`LocalTrack::tangent`](super::LocalTrack::tangent)), `cell` its Rayleigh distances.
 ///
 /// # Example
 /// ```
@@ -60,7 +60,7 @@ pub fn climb_crest(
     Some(top)
 }
 
-/// The highest of the points at which the crest through `top` is looked at.
+/// The highest sample of the crest through `top`.
 fn highest_on_crest(
     field: &dyn Field,
     top: ([f64; 2], f64),

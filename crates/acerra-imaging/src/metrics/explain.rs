@@ -14,11 +14,11 @@ use acerra_control::Control;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Weight of what a target's own echoes predict against what Eq. (5) does. The echoes predict blur
-/// in full and a weaker second target by half, so that with the usual margin of 2 blur is taken
-/// for what it is up to 1.5 times its prediction, and a second target is kept.
+/// Weight of the prediction by a target's own echoes relative to Eq. (5). The echoes predict blur in full and
+/// a weaker second target by half. With the usual margin of 2, blur is therefore explained up to 1.5 times
+/// its prediction, and a second target is kept.
 const HISTORY_TRUST: f64 = 0.75;
-/// Contributions of imaging that take the time of one pulse in a point spread function, at least.
+/// Least number of contributions of imaging that take as long as one pulse in a point spread function.
 const CONTRIBUTIONS_PER_TERM: u64 = 200;
 /// Terms that are always granted: about a second of processor time.
 const LEAST_TERMS: u64 = 20_000_000;
@@ -28,7 +28,7 @@ const BATCH: usize = 16;
 /// Whether the targets found so far explain a maximum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It may be a target of its own.
+    /// The maximum may be a separate target.
     Unexplained,
     /// A sidelobe of a target.
     Sidelobe,
@@ -59,7 +59,7 @@ struct Predicted {
     sources: usize,
 }
 
-/// Predictions at maxima, made when they are asked for and only until they suffice.
+/// Predictions at maxima, computed on demand and only as far as needed.
 pub(super) struct Explanation<'a> {
     image: &'a ImageView<'a>,
     spread: &'a PointSpread,
@@ -120,8 +120,8 @@ impl<'a> Explanation<'a> {
         });
     }
 
-    /// The verdict on the first of `candidates`. Predictions for those after it that are not `done`
-    /// are made together with its own.
+    /// The verdict on the first of `candidates`. Predictions for later candidates that are not `done` are
+    /// computed together with the first one's.
     ///
     /// # Errors
     /// Cancellation.
@@ -218,8 +218,8 @@ impl<'a> Explanation<'a> {
         })
     }
 
-    /// Amplitude at a place relative to that at the target: by Eq. (5), or by the phases of the
-    /// target's own echoes where these are known and predict more. With the terms that it took.
+    /// Amplitude at a place relative to that at the target: by Eq. (5), or by the phases of the target's own
+    /// echoes where these are known and predict more. Returned with the number of terms.
     fn level(&self, source: &Source, at_m: [f64; 3]) -> (f64, u64) {
         let terms = self.spread.position_m().len() as u64;
         let phasor = source.history.as_ref().map_or(&[][..], History::phasor);

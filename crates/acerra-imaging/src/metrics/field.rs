@@ -2,10 +2,10 @@
 
 /// An amplitude over the image plane.
 ///
-/// Two things implement it: an image between whose pixels one interpolates
-/// ([`InterpolatedImage`](super::InterpolatedImage)) and a point spread function that is evaluated
-/// exactly wherever it is asked for ([`PsfField`](crate::psf::PsfField)), so that a measured image
-/// and its prediction go through the very same definitions.
+/// Two types implement this trait: an image that is interpolated between its pixels
+/// ([`InterpolatedImage`](super::InterpolatedImage)) and a point spread function that is evaluated exactly at
+/// any place ([`PsfField`](crate::psf::PsfField)). Measured images and predictions are thus measured by the
+/// same definitions.
 pub trait Field: Sync {
     /// Amplitude |σ̃| at (x, y) in metres, or `None` outside the area that is known.
     fn amplitude(&self, x_m: f64, y_m: f64) -> Option<f64>;
@@ -13,10 +13,10 @@ pub trait Field: Sync {
 
 /// Climbs to the maximum nearest to a starting point.
 ///
-/// A pattern search with a parabola through three points in each direction; its pattern shrinks
-/// from `step_m` to a thousandth of it. It follows ridges that lie askew to the axes because every
-/// round also tries the diagonal of the last move. Returns the place (x, y) in metres and the
-/// amplitude there, or `None` if the start is outside the field.
+/// A pattern search with a parabola through three points in each direction; the pattern shrinks from `step_m`
+/// to a thousandth of `step_m`. The search follows ridges oblique to the axes, since every round also tries
+/// the diagonal of the last move. Returns the place (x, y) in metres and the amplitude there, or `None` if
+/// the start is outside the field.
 pub fn climb_to_peak(field: &dyn Field, start_m: [f64; 2], step_m: f64) -> Option<([f64; 2], f64)> {
     let mut here = start_m;
     let mut best = field.amplitude(here[0], here[1])?;

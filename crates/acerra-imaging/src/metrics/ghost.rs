@@ -10,7 +10,7 @@ use crate::psf::cell::Cell;
 /// a curved track displaces and smears a ghost by about a cell.
 const WINDOW_CELLS: [f64; 2] = [4.0, 1.5];
 
-/// The rectangle, aligned with the local track, in which a target's ghost is looked for.
+/// The rectangle, aligned with the local track, in which a target's ghost is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GhostWindow {
     centre_m: [f64; 2],

@@ -1,11 +1,10 @@
 //! Blur of a target, estimated from its own echoes.
 //!
-//! Positions that are a few millimetres wrong shift the phases of a target's echoes from pulse to
-//! pulse and leave their strengths as they are; the image of the target, and that of its ghost,
-//! then break into pieces that no ideal point spread function predicts. Two targets in one range
-//! cell beat instead: their echoes vary in strength as much as in phase. So the phases alone,
-//! taken from the echoes at the target's range and put on the smooth course of their strengths,
-//! predict all of a blurred target but, of a weaker second one, only half.
+//! Position errors of a few millimetres shift the phases of a target's echoes from pulse to pulse and leave
+//! the amplitudes unchanged; the images of the target and of its ghost then break into pieces that no ideal
+//! point spread function predicts. The echoes of two targets in one range cell beat instead: amplitude and
+//! phase vary alike. The phases of the echoes at the target's range, combined with smoothed amplitudes,
+//! therefore predict a blurred target in full, but a weaker second target only by half.
 
 use num_complex::Complex64;
 
@@ -18,14 +17,14 @@ use crate::vector::range_m;
 /// against the beat of two targets that are resolved, short against an antenna's or a corner's
 /// pattern.
 const SMOOTHING: f64 = 0.1;
-/// Echoes whose strength departs from its smooth course by more than this, rms, are those of
-/// several targets (two of equal strength: 0.48) or of none.
+/// Rms deviation of the amplitudes from their smooth course above which echoes belong to several targets (two
+/// of equal strength: 0.48) or to none.
 const STEADY: f64 = 0.3;
 
 /// The echoes at one target's range: phase as received, strength smoothed.
 #[derive(Clone, Debug)]
 pub(super) struct History {
-    /// Share of each pulse in the image of the target, before the pixel's own 1/R².
+    /// Share of each pulse in the image of the target, without the pixel's 1/R².
     phasor: Vec<Complex64>,
     /// Modulus of their sum at the target itself.
     own: f64,
@@ -86,12 +85,12 @@ impl History {
         (history.own > 0.0 && history.own.is_finite()).then_some(history)
     }
 
-    /// Whether the echoes are those of one target: of steady strength.
+    /// Whether the echoes are those of one target: of steady amplitude.
     pub fn is_steady(&self) -> bool {
         self.unsteadiness <= STEADY
     }
 
-    /// Share of each pulse in the image of the target, before the pixel's own 1/R².
+    /// Share of each pulse in the image of the target, without the pixel's 1/R².
     pub fn phasor(&self) -> &[Complex64] {
         &self.phasor
     }
@@ -102,7 +101,7 @@ impl History {
     }
 }
 
-/// Way flown up to each pulse, m.
+/// Path flown up to each pulse, m.
 fn path(position_m: &[[f64; 3]]) -> Vec<f64> {
     let mut way_m = 0.0;
     let mut before = position_m[0];

@@ -29,7 +29,7 @@ impl<'a> ImageView<'a> {
     /// with the row-major index of a value that is no number.
     pub fn new(values: &'a [Complex32], grid: PlaneGrid) -> Result<Self, ImagingError> {
         check_length("image", grid.len(), values.len())?;
-        // Which value it is is looked for where there is one.
+        // The index of a value that is not finite is searched only where one exists.
         let finite = |part: &[Complex32]| {
             let of = |v: &Complex32| v.re.is_finite() & v.im.is_finite();
             part.iter().fold(true, |all, v| all & of(v))
@@ -90,8 +90,8 @@ impl<'a> ImageView<'a> {
 /// Pixels that are checked together.
 const CHECKED_TOGETHER: usize = 1 << 14;
 
-/// Taps on either side of the wanted point; content up to 0.6 of the pixels' Nyquist frequency
-/// about the local carrier is kept to about −60 dB.
+/// Taps on either side of the place; content up to 0.6 of the pixels' Nyquist frequency about the local
+/// carrier is kept to about −60 dB.
 const HALF_TAPS: usize = 5;
 const TAPS: usize = 2 * HALF_TAPS;
 const KAISER_BETA: f64 = 6.0;
@@ -107,7 +107,7 @@ const KAISER_TERMS: usize = 20;
 #[derive(Clone, Copy, Debug)]
 pub struct InterpolatedImage<'a> {
     image: ImageView<'a>,
-    /// What takes the carrier out of the pixels from the first tap on, along x and y.
+    /// Factors that remove the carrier from the pixels, from the first tap on, along x and y.
     without_carrier: [[Complex64; TAPS]; 2],
 }
 
@@ -258,8 +258,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A Gaussian spot on a carrier of 0.35 cycles a pixel: interpolated amplitude must follow the
-    /// envelope, which the magnitude's own interpolation could not at the pixel's edge.
+    /// A Gaussian spot on a carrier of 0.35 cycles a pixel: interpolated amplitude must follow the envelope,
+    /// which interpolation of the magnitude could not at the pixel's edge.
     #[test]
     fn follows_a_modulated_spot_between_pixels() {
         let (nx, ny, pixel) = (64, 48, 0.01);

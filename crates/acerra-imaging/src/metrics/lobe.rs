@@ -1,6 +1,6 @@
 //! One cut through a peak: its main lobe and sidelobes.
 
-/// Sidelobes are looked for, and their energy summed, out to this many Rayleigh distances.
+/// Range of the search for sidelobes and of the sum of their energy, Rayleigh distances.
 pub const SIDELOBE_REACH: f64 = 10.0;
 
 /// A dip ends the main lobe only where the cut has fallen by 3 dB; a shallower one is a ripple on
@@ -9,7 +9,7 @@ const LOBE_END_POWER: f64 = 0.501_187_233_627_272_2;
 const POWER_3DB: f64 = 0.501_187_233_627_272_2;
 const POWER_6DB: f64 = 0.251_188_643_150_958;
 
-/// What one side of a cut shows, going outward from the peak. Powers are relative to the peak's.
+/// Features of one side of a cut, going outward from the peak. Powers are relative to the peak's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Arm {
     /// Distance from the peak to the first minimum, m.

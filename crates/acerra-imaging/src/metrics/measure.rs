@@ -27,11 +27,11 @@ pub struct Measurement {
     pub statistics: ImageStatistics,
     /// Local maxima above the threshold.
     pub maxima: usize,
-    /// Those of them that do not stand out of the clutter about them.
+    /// Number of maxima at the level of the clutter about them.
     pub clutter: usize,
-    /// Those of them that were taken for sidelobes of a target.
+    /// Number of maxima explained as sidelobes of a target.
     pub sidelobes: usize,
-    /// Those that were taken for ghosts.
+    /// Number of maxima explained as ghosts.
     pub ghosts: usize,
     /// Those that were not examined: beyond [`MeasureOptions::max_targets`], beyond the 1024
     /// strongest, or beyond the time that the image itself takes.
@@ -48,15 +48,14 @@ const AMBIGUOUS: f64 = 0.01;
 /// Maxima no higher than the highest of clutter as strong as that about them are none of
 /// this; levels count from the strongest of the others.
 ///
-/// Local maxima are taken strongest first, as in CLEAN. Each one that becomes a target is given
-/// the response that Eq. (5) predicts for this flight and band (`spread`); later maxima that do not
-/// exceed the prediction by [`MeasureOptions::sidelobe_margin`] are its sidelobes, or its ghost
-/// where they are across the local track. Of two partners mirrored at the track the weaker is
-/// therefore the ghost; where they are equal within 1 %, as behind a straight track, the one to the
-/// right of the flight is.
+/// Local maxima are taken strongest first, as in CLEAN. Each one that becomes a target is given the response
+/// that Eq. (5) predicts for this flight and band (`spread`); later maxima that do not exceed the prediction
+/// by [`MeasureOptions::sidelobe_margin`] are its sidelobes, or its ghost where they are across the local
+/// track. Of two partners mirrored at the track the weaker is therefore the ghost; where they are equal
+/// within 1 %, as for a straight track, the ghost is the one to the right of the flight.
 ///
-/// The time is bounded by about that of imaging the pixels: once the predictions have taken as much,
-/// the remaining maxima are counted as [`Measurement::skipped`].
+/// The time is limited to about that of imaging the pixels: once the predictions have taken that time, the
+/// remaining maxima are counted as [`Measurement::skipped`].
 ///
 /// A ghost's level is the strongest pixel value about the mirrored place, so it contains whatever
 /// else is there.
@@ -94,10 +93,10 @@ pub fn measure_targets(
     measure(image, spread, None, (options, control))
 }
 
-/// The same for an image of `pulses`, whose echoes show how far positioning errors have blurred each
-/// target: maxima that the phases of the echoes at a target's range predict are no targets of their
-/// own. Where the echoes vary in strength, as those of several targets in one range cell do, this is
-/// not relied on.
+/// As [`measure_targets`] for an image of `pulses`, whose echoes show how far positioning errors have blurred
+/// each target: maxima that the phases of the echoes at a target's range predict are no separate targets.
+/// Predictions by echoes are not used where the echoes vary in amplitude, as those of several targets in one
+/// range cell do.
 ///
 /// # Errors
 /// As [`measure_targets`].
@@ -165,8 +164,8 @@ fn measure(
     Ok(found)
 }
 
-/// The local maxima that stand out of their surroundings, strongest first, down to the threshold
-/// below the strongest of them; and how many above it do not stand out.
+/// The local maxima above the level of their surroundings, strongest first, down to the threshold below the
+/// strongest; and the number above the threshold that are at the level of their surroundings.
 fn standing_out(
     image: &ImageView<'_>,
     spread: &PointSpread,
@@ -218,8 +217,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The strongest maximum that the targets found so far do not explain; `None` when there is none,
-    /// or no time is left.
+    /// The strongest maximum that the targets found so far do not explain; `None` without one, or once the
+    /// time is used up.
     fn next_unexplained(
         &mut self,
         found: &mut Measurement,
@@ -272,7 +271,7 @@ impl Search<'_> {
             .unwrap_or(k)
     }
 
-    /// Whether a target is one of those found already: the same peak within half a cell.
+    /// Whether a target was found already: the same peak within half a cell.
     fn is_listed(&self, targets: &[Target], new: &Target) -> bool {
         let Some((track, cell)) = self.surroundings([new.x_m, new.y_m]) else {
             return false;

@@ -8,8 +8,8 @@ use crate::error::ImagingError;
 pub struct MeasureOptions {
     /// Lowest level relative to the image's maximum, dB (negative).
     pub threshold_db: f64,
-    /// A local maximum is a target of its own only above this multiple of the level that Eq. (5)
-    /// predicts there from the targets already found, by sidelobes and ghosts alike.
+    /// A local maximum is a separate target only above this multiple of the level that Eq. (5) predicts there
+    /// from the targets already found, for sidelobes and ghosts.
     pub sidelobe_margin: f64,
     /// Most targets.
     pub max_targets: usize,
@@ -26,7 +26,7 @@ impl Default for MeasureOptions {
 }
 
 impl MeasureOptions {
-    /// The same with another lowest level, dB.
+    /// These options with another lowest level, dB.
     #[must_use]
     pub fn with_threshold_db(self, threshold_db: f64) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl MeasureOptions {
         }
     }
 
-    /// The same with another number of targets at most.
+    /// These options with another largest number of targets.
     #[must_use]
     pub fn with_max_targets(self, max_targets: usize) -> Self {
         Self {

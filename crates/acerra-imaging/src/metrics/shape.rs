@@ -14,9 +14,9 @@ const LOBE_REACH: f64 = 6.0;
 
 /// Measures the image of a target at (x, y) = `peak_m` along and across its local track.
 ///
-/// `cell` is the resolution expected there; it sets the sampling of the cuts and how far to look,
-/// not the result. The across-track cut stops at the track when the target's lobe does, so that the
-/// ghost beyond it is no sidelobe.
+/// `cell` is the expected resolution; it sets sampling and extent of the cuts, not the result. The
+/// across-track cut ends at the track where the target's lobe does, so that the ghost beyond the track is no
+/// sidelobe.
 pub fn measure_shape(
     field: &dyn Field,
     track: &LocalTrack,

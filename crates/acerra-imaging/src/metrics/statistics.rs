@@ -12,7 +12,7 @@ pub struct ImageStatistics {
     pub maximum: f64,
     /// Column and row of the largest magnitude.
     pub maximum_at: [usize; 2],
-    /// Median magnitude: what noise, clutter and sidelobes leave where there is no target.
+    /// Median magnitude: the level of noise, clutter and sidelobes.
     pub median: f64,
     /// Median below the maximum, dB; `None` for an image of zeros.
     pub median_db: Option<f64>,

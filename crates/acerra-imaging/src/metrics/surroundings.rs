@@ -1,4 +1,4 @@
-//! What the surroundings of a maximum hold: clutter, noise, sidelobes.
+//! Level of the surroundings of a maximum: clutter, noise, sidelobes.
 //!
 //! A maximum of clutter is as high as the highest of many draws; a target is higher. The power of
 //! clutter is taken as Weibull distributed with the median and the upper quartile that the
@@ -11,13 +11,14 @@ use rayon::prelude::*;
 
 use super::image::ImageView;
 
-/// Blocks along each side from which an image has surroundings to compare with: a corner then has three beside it.
+/// Blocks along each side from which an image has surroundings for comparison: a corner block then has three
+/// neighbours.
 const LEAST_BLOCKS: usize = 2;
 /// Side of a block in resolution cells.
 const CELLS_A_BLOCK: f64 = 4.0;
-/// Pixels along a block's side that are looked at, at most.
+/// Largest number of pixels along a block's side that are used.
 const BLOCK_SAMPLES: usize = 32;
-/// Clutter maxima that an image may have taken for targets, on the average.
+/// Mean number of clutter maxima that an image may have among its targets.
 const FALSE_ALARMS: f64 = 0.01;
 /// Largest exponent of the Weibull power: surroundings that are half target are no clutter.
 const MOST_SPIKY: f64 = 2.0;
@@ -130,17 +131,17 @@ impl<'a> Surroundings<'a> {
     }
 }
 
-/// Pixels whose levels give those of an image, at most.
+/// Largest number of pixels whose levels give those of an image.
 const IMAGE_SAMPLES: usize = 1 << 18;
 
-/// Amplitude that chance gives the highest pixel of an image of clutter and noise alone, and 3 dB: in an image whose
-/// maximum is not above it nothing is focused. The power of the highest of N cells is that of the upper quartile and ln(N/4) of the exponential
-/// tail, whose scale is the quartile's distance from the median over ln 2; so too where each pixel is itself the
-/// highest of a column.
+/// Expected amplitude of the highest pixel of an image of clutter and noise alone, plus 3 dB: an image whose
+/// maximum is lower holds no focused target. The power of the highest of N cells is that of the upper
+/// quartile plus ln(N/4) of the exponential tail, whose scale is the quartile's distance from the median over
+/// ln 2; likewise where each pixel is itself the highest of a column.
 pub(super) fn highest_by_chance(image: &ImageView<'_>, cell_m: [f64; 2]) -> f64 {
     let grid = image.grid();
     let cells = grid.len() as f64 * grid.pixel_m.powi(2) / (cell_m[0] * cell_m[1]);
-    // An odd stride, so that pixels of all columns take part.
+    // An odd stride, so that pixels of all columns are used.
     let stride = (image.values().len() / IMAGE_SAMPLES) | 1;
     let values = image.values().iter().step_by(stride);
     let mut power: Vec<f64> = values.map(|v| f64::from(v.norm_sqr())).collect();

@@ -22,7 +22,7 @@ pub struct AcrossTrack {
     /// Distance from the peak to the first minimum on the side towards the track. A lobe that
     /// spans the track has no such side; it is then the one to the right of the flight.
     pub inner_m: Option<f64>,
-    /// The same on the other side.
+    /// The sidelobe on the other side.
     pub outer_m: Option<f64>,
     /// Full width at −3 dB.
     pub width_3db_m: Option<f64>,
@@ -41,7 +41,7 @@ pub struct Ghost {
     pub y_m: f64,
 }
 
-/// Shape of the image of one target, whatever it was measured on.
+/// Shape of the image of one target, from an image or a prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
     /// Widths along the track.

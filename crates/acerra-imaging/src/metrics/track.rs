@@ -1,6 +1,6 @@
 //! Local straight-line approximation of the track at a target.
 
-/// The straight line that stands for the track about its closest approach to a target.
+/// The straight line that approximates the track about its closest approach to a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalTrack {
     /// The point of the track nearest to the target, m.

@@ -1,5 +1,5 @@
-//! Arrangements of pixels in vectors: rows or squares, read through windows of bins or by gathers, and what
-//! each costs.
+//! Arrangements of pixels in vectors: rows or squares, read through windows of bins or by gathers, and their
+//! cost.
 
 use super::bins::carrier_error;
 use super::sample::Sample;
@@ -15,7 +15,7 @@ use crate::vector::norm;
 pub(super) struct Target<'a> {
     pub grid: &'a TiltedGrid,
     pub sample: Sample,
-    /// Whether pixels have heights of their own.
+    /// Whether every pixel has a separate height.
     pub is_uneven: bool,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct Arrangements<'a> {
 }
 
 impl Arrangements<'_> {
-    /// What a table needs whatever the arrangement: with the third order of the range.
+    /// Requirements on a table for every arrangement: with the third order of the range.
     pub fn spec(&self, table: TableSpec, accuracy: f64, shape: Shape) -> DirectSpec {
         let alpha = table.carrier_rad(self.pulses);
         DirectSpec {
@@ -42,7 +42,7 @@ impl Arrangements<'_> {
         }
     }
 
-    /// What an arrangement costs at least: all vectors read from windows, without the third order of the range.
+    /// Least cost of an arrangement: all vectors read from windows, without the third order of the range.
     pub fn least_cost(&self, table: TableSpec, accuracy: f64, shape: Shape) -> f64 {
         let spec = DirectSpec {
             cubic: false,
@@ -184,7 +184,7 @@ impl Arrangements<'_> {
         wavenumber * reach_m * 0.5 * f64::from(f32::EPSILON) * (2.0 / 3.0)
     }
 
-    /// A spec without what single precision cannot carry, and its cost.
+    /// A spec restricted to the range of single precision, and its cost.
     fn judged(&self, mut spec: DirectSpec, accuracy: f64, costs: &Costs) -> (DirectSpec, f64) {
         let [windows, gathers] = [0, 1].map(|k| {
             let found = self.rounding_rad(spec.table, costs.reach_m[k]);
@@ -198,19 +198,19 @@ impl Arrangements<'_> {
     }
 }
 
-/// Shares of the accuracy up to which roundings of the range are worth a try: with windows, which
-/// narrower bins do not help, and with gathers, beside errors of the table.
+/// Shares of the accuracy up to which roundings of the range are tried: with windows, which narrower bins do
+/// not help, and with gathers, in addition to errors of the table.
 const ROUNDING_SHARES: [f64; 2] = [0.9, 0.6];
-/// Added to the cost of what cannot keep the accuracy: it is chosen where nothing else is left.
+/// Added to the cost of arrangements that exceed the accuracy: these are chosen only without an alternative.
 pub(super) const HOPELESS: f64 = 1e3;
 
-/// Vector operations for the heights of a vector of pixels beside the plane of their square.
+/// Vector operations for the heights of a vector of pixels above the plane of their square.
 const UNEVEN: f64 = 6.0;
 
-/// What an arrangement of pixels costs.
+/// Cost of an arrangement of pixels.
 struct Costs {
-    /// Share of vectors read from windows, and vector operations for one such vector and for one that
-    /// gathers.
+    /// Share of vectors read from windows, and vector operations for a vector read from a window and for a
+    /// gathering one.
     window: f64,
     windowed: f64,
     gathered: f64,

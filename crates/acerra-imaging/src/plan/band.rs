@@ -31,7 +31,7 @@ pub(super) fn effective_band_hz(
     let carrier = f[table.carrier];
     let mut order: Vec<usize> = (0..f.len()).collect();
     order.sort_by(|a, b| (f[*b] - carrier).abs().total_cmp(&(f[*a] - carrier).abs()));
-    // Frequencies at the edges may alias while what they hold stays well below the error allowed.
+    // Frequencies at the edges may alias while their power is well below the allowed error.
     let allowed = (0.2 * accuracy).powi(2) * power.iter().sum::<f64>();
     let mut dropped = 0.0;
     let widest = order

@@ -24,12 +24,12 @@ pub(super) fn fine_bin_m(pulses: &Pulses) -> f64 {
     pulses.light_speed_m_s() / top / 40.0
 }
 
-/// Bins over which polynomials may reach: groups of pixels that are wider need more of them than their
-/// sums in registers save.
+/// Bins over which polynomials may reach: groups of wider pixels need more of them than their sums in
+/// registers save.
 const MOST_REACH: f64 = 12.0;
 
 /// The widest bins of a degree that keep `accuracy` where pixels up to half `extent_m` beyond a bin's edge
-/// go to it.
+/// are added to the bin.
 pub(super) fn choose_table(
     pulses: &Pulses,
     errors: &FitErrors,

@@ -19,8 +19,9 @@ const DEGREE: usize = 3;
 /// Share of the accuracy that the first tables may take.
 const FIRST_SHARE: f64 = 0.5;
 
-/// Tables of `request` that keep its accuracy beside `output_bytes` of the result; `None` for uneven
-/// frequencies, where memory does not hold them, and for accuracies that a single-precision image rounds away.
+/// Tables of `request` that keep its accuracy and fit in memory together with `output_bytes` of the result;
+/// `None` for uneven frequencies, for tables that do not fit, and for accuracies below the rounding of a
+/// single-precision image.
 ///
 /// # Errors
 /// Cancellation.

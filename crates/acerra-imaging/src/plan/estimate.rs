@@ -1,4 +1,4 @@
-//! Estimated run time of a plan: pieces of its own work are done and timed.
+//! Estimated run time of a plan: pieces of its work are executed and timed.
 
 use super::imaging::ImagingPlan;
 use super::planner::Method;

@@ -1,9 +1,8 @@
 //! The forward operator: from an image to the spectra that its pixels would return, Eq. (1) of
 //! Catapano et al. 2020 in its discrete form, as fast as imaging.
 //!
-//! Both engines are the transposes of those of imaging, bins and weights included, so that
-//! ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩ holds far within the accuracy: the property on which iterative inversions
-//! rest.
+//! Both engines are the transposes of those of imaging, bins and weights included, so that ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩
+//! holds far within the accuracy, as iterative inversions require.
 
 use super::check::forward::{Places, check_pixels, compare_places, compare_spectra};
 use super::groups::{choose_groups, choose_spread};
@@ -37,13 +36,13 @@ use std::ops::Range;
 
 /// A forward operator that is ready to be applied, any number of times.
 ///
-/// Of the pulses only positions, frequencies, weights and the speed of light count, not the
-/// spectra: E(m, n) = w_m Σ_i σ_i e^{−j4πf_n R/c} / R² is the adjoint of
-/// [`ImagingPlan`](crate::ImagingPlan) on the same pulses and grid.
+/// Positions, frequencies, weights and the speed of light of the pulses are used, their spectra are not: E(m,
+/// n) = w_m Σ_i σ_i e^{−j4πf_n R/c} / R² is the adjoint of [`ImagingPlan`](crate::ImagingPlan) on the same
+/// pulses and grid.
 ///
-/// Its accuracy is relative to the echoes of pixels that are independent of one another, as the
-/// self-check draws them. The echoes of even or periodic images cancel over most of the aperture; the
-/// error does not, and is a larger part of what is left.
+/// Its accuracy is relative to the echoes of pixels that are independent of one another, as the self-check
+/// draws them. The echoes of even or periodic images cancel over most of the aperture; the error does not, so
+/// that the relative error is larger.
 ///
 /// ```
 /// use acerra_imaging::{
@@ -88,7 +87,7 @@ impl<'a> Forward<'a> {
         Self::with_control(pulses, grid, options, Control::default())
     }
 
-    /// The same; planning can be cancelled. It reports no progress.
+    /// As above; planning can be cancelled, without progress.
     ///
     /// # Errors
     /// As [`Forward::new`], and cancellation.
@@ -102,7 +101,7 @@ impl<'a> Forward<'a> {
         Self::of_request(Request::new(pulses, grid, options)?, control)
     }
 
-    /// The operator of a request, which may aim finer or ask for slices beside its grid.
+    /// The operator of a request, which may aim at a finer accuracy or include further slices.
     ///
     /// # Errors
     /// As [`Forward::with_control`].
@@ -124,7 +123,7 @@ impl<'a> Forward<'a> {
         &self.report
     }
 
-    /// Bytes that a run takes beside the image given, spectra included.
+    /// Bytes of a run in addition to the image given, spectra included.
     #[must_use]
     pub fn memory_bytes(&self) -> u128 {
         u128::from(self.report.working_bytes) + u128::from(self.report.output_bytes)
@@ -142,8 +141,8 @@ impl<'a> Forward<'a> {
         self.report.engine
     }
 
-    /// Computes the spectra `[M, N]` of `image` `[rows, columns]`, both row-major. The same bits come
-    /// from any number of threads.
+    /// Computes the spectra `[M, N]` of `image` `[rows, columns]`, both row-major. The result is bitwise
+    /// equal for any number of threads.
     ///
     /// # Errors
     /// Arrays of other lengths than the grid's and the pulses'; cancellation, after which the
@@ -219,9 +218,9 @@ impl<'a> Forward<'a> {
         allowed_error::<Modelling>(&self.request)
     }
 
-    /// Adds to `echo` what the pulses `which`, whole [`Forward::units`], see of an image on the plan's grid, a slice
-    /// beside it or a part of either. After cancellation it is incomplete; the double-precision sum adds to spectra
-    /// alone.
+    /// Adds to `echo` the spectra that the pulses `which`, whole [`Forward::units`], receive from an image on
+    /// the plan's grid, on another slice or on a part of either. After cancellation `echo` is incomplete; the
+    /// double-precision sum adds to spectra alone.
     pub(crate) fn add(
         &self,
         which: &Range<usize>,
@@ -244,7 +243,8 @@ impl<'a> Forward<'a> {
     }
 }
 
-/// Adds to `out` `[which.len(), N]` what the pulses `which` see of an image, in double precision.
+/// Adds to `out` `[which.len(), N]` the spectra that the pulses `which` receive from an image, in double
+/// precision.
 fn add_sum(
     echoes: &WeightedPulses,
     which: &Range<usize>,
@@ -315,7 +315,7 @@ impl Operator for Modelling {
     const REPEATED: bool = true;
     const MEMORY: &'static str = "range bins, image and spectra";
 
-    /// Spectra to be modelled may hold any frequency alike.
+    /// Modelled spectra may hold all frequencies equally.
     fn power(request: &Request) -> Vec<f64> {
         let n = request.echoes.pulses.frequency_hz().len();
         vec![1.0 / n as f64; n]

@@ -24,10 +24,10 @@ use std::fmt;
 
 /// An image that is ready to be computed, any number of times.
 ///
-/// Making the plan builds the range tables and proves the accuracy on random pixels against the
-/// double-precision sum; running it allocates nothing in its loops over pulses and pixels (the
-/// factorized engine allocates its coarse images once, at the start) and gives the same bits for
-/// any number of threads.
+/// Making the plan builds the range tables and checks the accuracy on random pixels against the
+/// double-precision sum. Running the plan allocates no memory in the loops over pulses and pixels (the
+/// factorized engine allocates its coarse images once, at the start), and the image is bitwise equal for any
+/// number of threads.
 ///
 /// Pixels are on a plane of any tilt or on uneven ground. The factorized engine interpolates between
 /// pixels: ground with sharp kinks, as heights linear between the knots of a raster have them, may be left to
@@ -81,7 +81,7 @@ impl<'a> ImagingPlan<'a> {
         Self::with_control(pulses, grid, options, Control::default())
     }
 
-    /// The same; planning can be cancelled. It reports no progress.
+    /// As above; planning can be cancelled, without progress.
     ///
     /// # Errors
     /// As [`ImagingPlan::new`], and cancellation.
@@ -113,8 +113,8 @@ impl<'a> ImagingPlan<'a> {
         &self.report
     }
 
-    /// Bytes that range tables, coarse images and the image take together. Beside the data, nothing
-    /// else grows with the size of the task.
+    /// Bytes of range tables, coarse images and the image together. Apart from the data, no other memory
+    /// grows with the size of the task.
     #[must_use]
     pub fn memory_bytes(&self) -> u128 {
         u128::from(self.report.working_bytes) + u128::from(self.report.output_bytes)
@@ -158,7 +158,7 @@ impl<'a> ImagingPlan<'a> {
         self.run_on(&self.request.echoes, &self.request.grid, image, control)
     }
 
-    /// Images a grid that the engine was made for, from the plan's pulses with the weights of that grid.
+    /// Images a grid for which the engine was made, from the plan's pulses with the weights of that grid.
     pub(super) fn run_on(
         &self,
         echoes: &WeightedPulses,
@@ -196,7 +196,7 @@ impl fmt::Display for ImagingPlan<'_> {
     }
 }
 
-/// Images `grid` with a plan of its own.
+/// Images `grid` with a separate plan.
 ///
 /// # Errors
 /// As [`ImagingPlan::new`], and cancellation.

@@ -1,4 +1,4 @@
-//! What differs between imaging and the forward operator in planning.
+//! Differences between imaging and the forward operator in planning.
 
 use super::options::SelfCheck;
 use super::report::{DoubleChoice, OperatorKind, PathShares};
@@ -20,7 +20,7 @@ pub(super) struct DoublePlan<T> {
     pub bytes: u128,
 }
 
-/// What differs between imaging and the forward operator.
+/// Differences between imaging and the forward operator.
 pub(crate) trait Operator {
     /// The direct engine.
     type Direct;
@@ -41,23 +41,23 @@ pub(crate) trait Operator {
     const LEVEL_GROUND: bool;
     /// Whether sub-apertures may be merged from shorter ones.
     const TWO_STAGES: bool;
-    /// Whether segments of the aperture may have factorized engines of their own.
+    /// Whether segments of the aperture may have separate factorized engines.
     const SEGMENTS: bool;
-    /// Whether a plan is made for many runs, or its time counts beside that of one.
+    /// Whether a plan is made for many runs, or its time counts relative to that of one run.
     const REPEATED: bool;
     /// The arrays that count against the limit of memory.
     const MEMORY: &'static str;
 
     /// Power expected at each frequency of the data.
     fn power(request: &Request) -> Vec<f64>;
-    /// What the direct engine takes instead of what imaging would for `accuracy`, with its cost in vector
+    /// Parameters of the direct engine in place of imaging's for `accuracy`, with the cost in vector
     /// operations a pixel.
     fn direct_spec(_: &Request, _accuracy: f64, imaging: (DirectSpec, f64)) -> (DirectSpec, f64) {
         imaging
     }
     /// Whether the factorized engine is sufficiently cheaper to be chosen.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool;
-    /// Pixels of a first self-check, and of one that the first left undecided.
+    /// Pixels of a first self-check, and of a second where the first left the verdict open.
     fn check_pixels(request: &Request) -> [usize; 2];
     /// Bytes of the result.
     fn output_bytes(request: &Request) -> u128;
@@ -69,7 +69,7 @@ pub(crate) trait Operator {
     fn direct_batches(_: &Self::Direct) -> usize {
         1
     }
-    /// Those of a factorized engine.
+    /// Pixels for a factorized engine.
     fn factorized_batches(_: &Self::Factorized) -> usize {
         1
     }
@@ -85,7 +85,7 @@ pub(crate) trait Operator {
         pieces: &[Segment],
         control: Control,
     ) -> Result<Self::Factorized, ImagingError>;
-    /// An engine in double precision that keeps the accuracy, where there is one.
+    /// An engine in double precision that keeps the accuracy, if there is one.
     fn double(
         request: &Request,
         control: Control,
@@ -109,8 +109,8 @@ pub(crate) trait Operator {
 /// Accuracy below which roundings in single precision decide.
 const ROUNDINGS_BELOW: f64 = 2e-5;
 
-/// Share of the accuracy that plans aim at and that a self-check may find. Over uneven ground errors gather
-/// where the relief is steep, and a sample of pixels misses the worst of them.
+/// Share of the accuracy that plans aim at and share that a self-check may find. Over uneven ground errors
+/// concentrate where the relief is steep, and a sample of pixels misses the largest errors.
 pub(super) fn margin(request: &Request) -> f64 {
     match (
         request.grid.is_uneven(),
@@ -127,14 +127,14 @@ pub(super) fn allowed_error<O: Operator>(request: &Request) -> f64 {
     O::ACCEPTED_SHARE * margin(request) * request.options.accuracy
 }
 
-/// Factors of the error allowed above which few pixels reject a plan. They may miss the bright pixels that decide how
-/// large an image's errors are beside it: what replaces a factorized plan is so much slower that more are looked at
-/// first.
+/// Factors of the allowed error above which few pixels reject a plan. Few pixels may miss the bright pixels
+/// that dominate the power of an image: the alternative to a factorized plan is so much slower that more
+/// pixels are checked first.
 pub(super) const FAR: f64 = 2.0;
 pub(super) const AT_ONCE: f64 = 1.0;
 
-/// A self-check of few pixels, and of more where those leave the verdict open: good with all that they
-/// cannot say, or too large by a factor `too_far` by what they found.
+/// A self-check of few pixels, and of more where the few leave the verdict open: accepted with their standard
+/// error included, or rejected where the error found is too large by a factor `too_far`.
 ///
 /// # Errors
 /// Those of `check`.

@@ -18,8 +18,8 @@ pub enum Engine {
     Direct,
     /// Sub-apertures on coarse grids, merged: cost grows slowly with pulses and pixels.
     Factorized,
-    /// Every pulse at every pixel, through range tables in double precision: what [`Engine::Auto`] takes for
-    /// images of accuracies that single precision cannot keep.
+    /// Every pulse at every pixel, through range tables in double precision: the choice of [`Engine::Auto`]
+    /// for accuracies beyond single precision.
     Double,
     /// The double-precision sum over frequencies itself.
     Reference,
@@ -66,37 +66,37 @@ impl Default for PlanOptions {
 }
 
 impl PlanOptions {
-    /// The same with another relative L2 error allowed.
+    /// These options with another relative L2 error allowed.
     #[must_use]
     pub fn with_accuracy(self, accuracy: f64) -> Self {
         Self { accuracy, ..self }
     }
 
-    /// The same with another weight by range.
+    /// These options with another weight by range.
     #[must_use]
     pub fn with_spreading(self, spreading: Spreading) -> Self {
         Self { spreading, ..self }
     }
 
-    /// The same with another weight by incidence, or none.
+    /// These options with another weight by incidence, or none.
     #[must_use]
     pub fn with_incidence(self, incidence: Option<IncidenceWeight>) -> Self {
         Self { incidence, ..self }
     }
 
-    /// The same at another instruction set.
+    /// These options with another instruction set.
     #[must_use]
     pub fn with_level(self, level: SimdLevel) -> Self {
         Self { level, ..self }
     }
 
-    /// The same with another algorithm.
+    /// These options with another algorithm.
     #[must_use]
     pub fn with_engine(self, engine: Engine) -> Self {
         Self { engine, ..self }
     }
 
-    /// The same with another limit of memory.
+    /// These options with another limit of memory.
     #[must_use]
     pub fn with_memory_limit_bytes(self, memory_limit_bytes: u128) -> Self {
         Self {
@@ -105,7 +105,7 @@ impl PlanOptions {
         }
     }
 
-    /// The same with another number of pixels in the self-check.
+    /// These options with another number of pixels in the self-check.
     #[must_use]
     pub fn with_check_pixels(self, check_pixels: usize) -> Self {
         Self {
@@ -122,6 +122,7 @@ pub struct SelfCheck {
     pub pixels: usize,
     /// Relative L2 error found on them.
     pub error: f64,
-    /// That error with twice the standard error that so few pixels leave it: what a plan is accepted by.
+    /// That error plus twice its standard error by the number of pixels: the value by which a plan is
+    /// accepted.
     pub error_bound: f64,
 }

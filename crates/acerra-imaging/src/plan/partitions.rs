@@ -1,4 +1,4 @@
-//! Partitions of the aperture: of all of it, or of each of its segments.
+//! Partitions of the aperture: of the whole aperture, or of each of its segments.
 
 use super::budget::{Budget, FactorizedBudget};
 use super::operator::{Operator, Segment};
@@ -63,8 +63,8 @@ pub(super) fn partitions<O: Operator>(
     Ok(partition(0..pulses.len())?.map(|whole| vec![whole]))
 }
 
-/// Partitions of segments where there are several, each has one, and together they cost less than the
-/// dearest for all: the partition of the whole aperture is bounded by it.
+/// Partitions of segments where there are several, each has one, and together they cost less than the dearest
+/// one applied to all: the partition of the whole aperture costs at most that.
 fn several(
     segments: Vec<Range<usize>>,
     partition: &dyn Fn(Range<usize>) -> Result<Option<Partition>, ImagingError>,
@@ -93,7 +93,7 @@ pub(super) fn mean_costs(partitions: &[Partition]) -> [f64; 2] {
 }
 
 impl Partition {
-    /// What an engine needs for it.
+    /// Requirements of an engine.
     pub fn segment(&self, request: &Request) -> Segment {
         let coarse = |plane: &TiltedGrid| self.budget.spec.table_grid(plane);
         Piece {
@@ -103,7 +103,7 @@ impl Partition {
         }
     }
 
-    /// What a report says of it.
+    /// Entry of a report.
     pub fn choice(&self, level: SimdLevel) -> FactorizedChoice {
         let FactorizedBudget {
             spec,

@@ -143,8 +143,7 @@ impl<'r, 'a> Planner<'r, 'a> {
         Ok(Method::Double(Box::new(found.engine)))
     }
 
-    /// The factorized engine where it was asked for or is sufficiently cheaper, and keeps the
-    /// accuracy.
+    /// The factorized engine where it was requested or is sufficiently cheaper, and keeps the accuracy.
     fn choose_factorized<O: Operator>(&mut self) -> Result<Option<O::Factorized>, ImagingError> {
         let options = self.request.options;
         if !matches!(options.engine, Engine::Auto | Engine::Factorized) {
@@ -299,7 +298,7 @@ impl<'r, 'a> Planner<'r, 'a> {
         }
     }
 
-    /// Keeps the result of a self-check, or rejects the engine and what it would have taken.
+    /// Keeps the result of a self-check, or rejects the engine and the memory that it would have used.
     fn accepts<O: Operator>(&mut self, check: SelfCheck) -> bool {
         let good = check.error_bound <= allowed_error::<O>(self.request);
         if good {

@@ -21,8 +21,7 @@ use std::f64::consts::TAU;
 pub struct TrialImage<'t> {
     /// Antenna phase centre of every pulse (m), `[pulses]`.
     pub position_m: &'t [[f64; 3]],
-    /// By how much the echo of a pixel comes from further away than the pixel is (m): c/2 times an error of
-    /// the delay.
+    /// Excess distance of a pixel's echo over the pixel's range (m): c/2 times an error of the delay.
     pub beyond_m: f64,
     /// The pixels.
     pub grid: PlaneGrid,
@@ -31,7 +30,7 @@ pub struct TrialImage<'t> {
 /// Images of the same echoes for searches that score tens of trial positions, delays or heights by the sharpness of an
 /// image: without 1/R², and with range tables that are built once.
 ///
-/// A trial that the tables do not serve is planned and imaged on its own.
+/// A trial outside the tables is planned and imaged separately.
 ///
 /// ```
 /// use acerra_imaging::{Complex64, PlaneGrid, PulseArrays, TrialImage, TrialImages};
@@ -77,8 +76,9 @@ enum Tables {
 }
 
 impl<'a> TrialImages<'a> {
-    /// Range tables for the pixels of `grid` seen from the positions of `echoes`, and for trials of other positions and
-    /// pixels whose ranges differ by `reach_m` at most from these. Their accuracy is checked as that of a plan is.
+    /// Range tables for the pixels of `grid` seen from the positions of `echoes`, and for trials of other
+    /// positions and pixels whose ranges differ by `reach_m` at most from these. The accuracy of the tables
+    /// is checked as that of a plan is.
     ///
     /// # Errors
     /// As [`ImagingPlan::new`].
@@ -91,8 +91,8 @@ impl<'a> TrialImages<'a> {
         Self::with_engine(echoes, grid, [reach_m, accuracy], Engine::Direct)
     }
 
-    /// The same for trials on these pixels from these positions, which differ in [`TrialImage::beyond_m`] alone: large
-    /// images take the factorized engine.
+    /// As above for trials on these pixels from these positions, which differ in [`TrialImage::beyond_m`]
+    /// alone: large images use the factorized engine.
     ///
     /// # Errors
     /// As [`ImagingPlan::new`].
@@ -111,7 +111,7 @@ impl<'a> TrialImages<'a> {
         [reach_m, accuracy]: [f64; 2],
         engine: Engine,
     ) -> Result<Self, ImagingError> {
-        // Without 1/R², which would let what is nearest decide.
+        // Without 1/R², by which the nearest echoes would dominate.
         let options = PlanOptions::default()
             .with_accuracy(accuracy)
             .with_spreading(Spreading::None)
@@ -194,7 +194,7 @@ impl<'a> TrialImages<'a> {
         }
     }
 
-    /// The image by a plan of its own.
+    /// The image by a separate plan.
     fn alone(
         &self,
         moved: PulseArrays,

@@ -15,7 +15,7 @@ use crate::metrics::target::{AcrossTrack, AlongTrack, Ghost};
 use crate::metrics::track::LocalTrack;
 use crate::resolution::equations::displacement_m;
 
-/// What the theory of a straight track says of the same place, m.
+/// Resolution at the same place by the theory of a straight track, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Theory {
     /// Eq. (6), with the angles that the flight really spans.
@@ -58,9 +58,8 @@ pub struct Analysis {
 impl Analysis {
     /// Measures the image of a unit point at `target_m` on the plane at height `plane_z_m`.
     ///
-    /// The cuts run through the peak of the image. Where Eq. (14) says that the plane does not see
-    /// the target, the residue above the target's place is measured and
-    /// [`Analysis::expected_m`] is `None`.
+    /// The cuts run through the peak of the image. Where the target is not seen on the plane by Eq. (14), the
+    /// residue above the target's place is measured and [`Analysis::expected_m`] is `None`.
     ///
     /// # Errors
     /// A target or plane that is not below the flight, not finite or farther than 1e8 m, a band of no width.

@@ -16,9 +16,9 @@ impl Cell {
     /// Eq. (6) with the angles that the flight really spans about `at_m`, and Eq. (9) with the
     /// local track's height and offset.
     ///
-    /// Along the track Eq. (6) says c/(4 f_c sin θ) for views from −θ to θ; views from θ₁ to θ₂ give
-    /// c/(2 f_c (sin θ₂ − sin θ₁)). Neither distance is taken as larger than the range itself, which
-    /// keeps a single pulse or a single frequency finite.
+    /// Along the track Eq. (6) gives c/(4 f_c sin θ) for views from −θ to θ; views from θ₁ to θ₂ give c/(2
+    /// f_c (sin θ₂ − sin θ₁)). Neither distance exceeds the range itself, so that it is finite for a single
+    /// pulse or a single frequency.
     pub fn expected(spread: &PointSpread, track: &LocalTrack, at_m: [f64; 3]) -> Self {
         let (low, high) = spread.band_hz();
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);

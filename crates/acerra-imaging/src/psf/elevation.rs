@@ -29,16 +29,17 @@ pub struct Retrieved {
     pub level_db: f64,
     /// Whether the level is above [`ABSENT_DB`].
     pub detected: bool,
-    /// Whether the target is shown a second time, mirrored at the track (it is displaced from it).
+    /// Whether the image shows the target a second time, mirrored at the track (the mirror image is displaced
+    /// from it).
     pub mirrored: bool,
 }
 
-/// Half-width along the track of the strip in which a target's image is looked for, m, unless
-/// another target is nearer than twice this.
+/// Half-width along the track of the strip in which a target's image is searched, m, unless another target is
+/// nearer than twice this.
 const STRIP_M: f64 = 0.5;
 
-/// Images all of `target_m` at once on `grid` and finds each again: the maximum of the strip
-/// across the track at the target, on its own side where Eq. (14) displaces it.
+/// Images all of `target_m` at once on `grid` and finds the image of each: the maximum of the strip across
+/// the track at the target, on its own side where Eq. (14) displaces it.
 ///
 /// `image` is the image of the same targets on the same grid, as
 /// [`psf_image`](super::psf_image) gives it.

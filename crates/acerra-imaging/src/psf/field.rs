@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use super::spread::PointSpread;
 use crate::metrics::field::Field;
 
-/// The image of point targets on a horizontal plane, evaluated by Eq. (5) wherever asked.
+/// The image of point targets on a horizontal plane, evaluated by Eq. (5) at any place.
 #[derive(Clone, Copy, Debug)]
 pub struct PsfField<'a> {
     spread: &'a PointSpread,

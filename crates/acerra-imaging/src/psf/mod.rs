@@ -1,10 +1,9 @@
 //! The point spread function of a flight: Eqs. (4) and (5) of Catapano et al. (2020).
 //!
-//! [`PointSpread`] evaluates the image of a point exactly, in double precision, wherever it is
-//! wanted; with evenly spaced frequencies their sum has a closed form, so a value costs one term
-//! per pulse. [`Analysis`] measures it by the definitions of [`metrics`](crate::metrics),
-//! [`psf_image`] fills a grid, [`retrieve`] finds several targets again on a plane that need not be
-//! theirs.
+//! [`PointSpread`] evaluates the image of a point exactly, in double precision, at any place; the sum over
+//! evenly spaced frequencies has a closed form, so that a value costs one term per pulse. [`Analysis`]
+//! measures this image by the definitions of [`metrics`](crate::metrics), [`psf_image`] fills a grid,
+//! [`retrieve`] finds the images of several targets on a plane that need not hold the targets.
 
 pub(crate) mod analysis;
 pub(crate) mod cell;

@@ -1,4 +1,4 @@
-//! Eq. (5): the image of one point, evaluated exactly wherever it is wanted.
+//! Eq. (5): the image of one point, evaluated exactly at any place.
 
 use num_complex::Complex64;
 
@@ -9,7 +9,7 @@ use crate::kernel::level::SimdLevel;
 use crate::kernel::point_spread::{Band, Received, received, responses};
 use crate::pulses::Pulses;
 
-/// A flight, a band and weights: all that the response to a point depends on, besides the point.
+/// A flight, a band and weights: all parameters of the response to a point except the point.
 ///
 /// ```
 /// use acerra_imaging::psf::PointSpread;
@@ -145,8 +145,8 @@ impl PointSpread {
         self.response_displaced(&self.position_m, target_m, at_m)
     }
 
-    /// The same when the echoes were taken from `true_position_m` but are focused with the places
-    /// of this flight: what a positioning error does.
+    /// As [`Self::response`] for echoes received at `true_position_m` and focused with the places of this
+    /// flight: the effect of a positioning error.
     ///
     /// Only as many pulses enter as both have.
     pub fn response_displaced(
@@ -176,13 +176,13 @@ impl PointSpread {
         dispatch!(level, s => received(s, &self.position_m, &self.weight, target_m))
     }
 
-    /// The image at `at_m` of what the pulses received: that of the real factors, and that of the complex ones.
+    /// The image at `at_m` of the received pulses: once with the real factors, once with the complex ones.
     pub(crate) fn sums(&self, echoes: Received<'_>, at_m: [f64; 3]) -> [Complex64; 2] {
         let (level, band) = (SimdLevel::detect(), self.band());
         dispatch!(level, s => responses(s, &band, &self.position_m, echoes, at_m))
     }
 
-    /// Σ_n e^{j4πf_n δ/c}: what one pulse contributes at excess range δ = R − R_t (m).
+    /// Σ_n e^{j4πf_n δ/c}: the contribution of one pulse at excess range δ = R − R_t (m).
     pub fn kernel(&self, excess_m: f64) -> Complex64 {
         self.band().kernel_at(excess_m)
     }

@@ -33,7 +33,7 @@ pub(crate) struct StackRay {
 }
 
 /// Change of the slope, relative to 1 + slope, at which the search ends: the optical length is stationary, so
-/// that its relative error is the square of that.
+/// that its relative error is the square of this change.
 const CONVERGED: f64 = 1e-9;
 /// Steps after which the search ends in any case.
 const MOST_STEPS: usize = 60;
@@ -47,8 +47,8 @@ impl Stack {
 
     /// Horizontal distance that a ray of the slope u = tan θ in air covers, m, and its derivative.
     ///
-    /// L(u) = h u + Σ d p/√(n² − p²), p = u/√(1 + u²) = n sin θ the same in all media. Each term rises and is
-    /// concave for n ≥ 1.
+    /// L(u) = h u + Σ d p/√(n² − p²), p = u/√(1 + u²) = n sin θ being equal in all media. Each term rises and
+    /// is concave for n ≥ 1.
     fn distance_m(&self, slope: f64) -> [f64; 2] {
         let cosine = 1.0 / (1.0 + slope * slope).sqrt();
         let p = slope * cosine;
@@ -168,7 +168,7 @@ mod tests {
         }
     }
 
-    /// A layer divided in two of the same soil is the same layer.
+    /// A layer divided into two of the same soil is equivalent to the undivided layer.
     #[test]
     fn layers_add_up() {
         let mut random = Random(5);

@@ -9,7 +9,7 @@ pub fn transmission_te(q1: f64, q2: f64) -> f64 {
     2.0 * q1 / (q1 + q2)
 }
 
-/// The same with the electric field in the plane of incidence (TM): 2 n₁cos θ₁ / (n₂cos θ₁ + n₁cos θ₂).
+/// Transmission with the electric field in the plane of incidence (TM): 2 n₁cos θ₁ / (n₂cos θ₁ + n₁cos θ₂).
 #[must_use]
 pub fn transmission_tm([n1, n2]: [f64; 2], [q1, q2]: [f64; 2]) -> f64 {
     2.0 * q1 / (n2 * q1 / n1 + n1 * q2 / n2)

@@ -81,8 +81,8 @@ impl Ground {
     /// A ground of `layers` from the top, whose rays are traced at `ray_frequency_hz`.
     ///
     /// # Errors
-    /// No layer or more than [`MAX_LAYERS`], a layer that is not positively thick, a last one that ends, layers
-    /// below an uneven surface, a soil that is none, a frequency or height that is not finite.
+    /// No layer or more than [`MAX_LAYERS`], a layer without positive thickness, a last layer with a
+    /// thickness, layers below an uneven surface, an invalid soil, a frequency or height that is not finite.
     pub fn new(
         surface: Surface,
         layers: &[Layer],
@@ -244,8 +244,8 @@ impl Ground {
         }
     }
 
-    /// What lengths in the layers add at a frequency to the optical length, complex, m: the dispersion, and
-    /// with a negative imaginary part the absorption.
+    /// Contribution of the lengths in the layers to the optical length at a frequency, complex, m: the
+    /// dispersion, and with a negative imaginary part the absorption.
     #[must_use]
     pub fn dispersion_m(&self, frequency_hz: f64, soil_m: &[f64; MAX_LAYERS]) -> Complex64 {
         (self.layers.iter().zip(&self.index).zip(soil_m))

@@ -30,20 +30,21 @@ pub struct Facet {
 
 /// Places along the horizontal line through antenna and point from which the crossing is searched.
 const STARTS: usize = 25;
-/// They reach so many depths of the point from it towards the antenna, or to where a ray at the critical angle of level
-/// ground would cross, with the room for slopes.
+/// The samples reach this many depths of the point from the point towards the antenna, or to the crossing of
+/// a ray at the critical angle of level ground, with a margin for slopes.
 const REACH_DEPTHS: f64 = 4.0;
 const CRITICAL_ROOM: f64 = 2.0;
-/// Share of that reach which they cover beyond the point, and beyond the antenna.
+/// Share of that reach by which the samples extend beyond the point, and beyond the antenna.
 const BEYOND: f64 = 0.25;
-/// Of these, the earliest local minima are refined.
+/// Number of the earliest local minima among the samples that are refined.
 const REFINED: usize = 3;
-/// The gain that a first step promises, times this, is what refining a minimum is taken to gain at most.
+/// The gain by refining a minimum is assumed to be at most this multiple of the gain that the first step
+/// promises.
 const GAIN_ROOM: f64 = 4.0;
 /// Steps of a search, and halvings of a step that leads to a later crossing.
 const MOST_STEPS: usize = 40;
-/// Share of the optical length that a step must promise to be taken: a crossing is then found to some 10⁻⁷ of it, and
-/// the length, which is stationary there, to rounding.
+/// Least gain of a step, as a share of the optical length: a crossing is then found to some 10⁻⁷ of the
+/// length, and the length, which is stationary there, to rounding.
 const LEAST_GAIN: f64 = 1e-13;
 const MOST_HALVINGS: usize = 30;
 
@@ -51,7 +52,8 @@ impl Relief {
     /// A surface of the heights `[rows, columns]` (rows along y), `step_m` apart from `origin_m` on.
     ///
     /// # Errors
-    /// No heights, another number than `columns` divides, one that is not finite, a step that is not positive.
+    /// No heights, a number of heights that `columns` does not divide, a height that is not finite, a step
+    /// that is not positive.
     pub fn new(
         origin_m: [f64; 2],
         step_m: f64,
@@ -126,7 +128,7 @@ impl Relief {
         }
     }
 
-    /// Height at `[x, y]`, m: that of [`Relief::at`].
+    /// Height at `[x, y]`, m, as by [`Relief::at`].
     #[must_use]
     pub fn height_m(&self, place_m: [f64; 2]) -> f64 {
         let [(columns, across), (rows, along)] = [0, 1].map(|axis| {
@@ -144,8 +146,9 @@ impl Relief {
 
     /// The earliest ray from an antenna above the surface to a point below it, in soil of refractive index `n`.
     ///
-    /// Local minima of the optical length along the vertical plane through both are refined by Newton's method
-    /// on the surface; the earliest is taken. Spreading and transmission are those of the tangent plane.
+    /// Local minima of the optical length along the vertical plane through antenna and point are refined by
+    /// Newton's method on the surface; the earliest arrival is used. Spreading and transmission are computed
+    /// for the tangent plane.
     #[must_use]
     pub fn ray(&self, n: f64, antenna_m: [f64; 3], point_m: [f64; 3]) -> Ray {
         let search = Search {

@@ -37,7 +37,7 @@ impl Soil {
         Complex64::new(self.relative_permittivity, -loss).sqrt()
     }
 
-    /// The same, if it is a medium in which rays are no faster than in air.
+    /// This soil, if rays in it are no faster than in air.
     pub(crate) fn checked(self) -> Result<Self, ImagingError> {
         if !(1.0..=100.0).contains(&self.relative_permittivity) {
             return Err(ImagingError::OutOfRange {

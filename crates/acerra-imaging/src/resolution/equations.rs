@@ -138,12 +138,12 @@ pub fn across_track_bounds_m(
     ])
 }
 
-/// Eq. (14): how far outward, m, a target at horizontal distance d from the track appears on a
+/// Eq. (14): outward displacement, m, of the image of a target at horizontal distance d from the track on a
 /// plane z above it: √(d² + 2hz − z²) − d, h being the height of the flight above the target.
 ///
-/// `None` when the shell about the track does not reach the plane: the plane is too far below the
-/// target, which then cannot be seen on it. z < 0 is a plane below the target; at d = 0 every such
-/// plane is blind.
+/// `None` when the shell about the track does not reach the plane: the plane is too far below the target,
+/// which is then not seen on the plane. z < 0 is a plane below the target; at d = 0 every such plane is
+/// blind.
 ///
 /// # Errors
 /// A height that is not positive, a negative offset, a plane not below the flight.

@@ -12,7 +12,7 @@ pub struct Aperture {
     pub offset_m: f64,
 }
 
-/// A band of frequencies and the speed of light that goes with it.
+/// A band of frequencies and the speed of light used with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Lowest frequency, Hz.

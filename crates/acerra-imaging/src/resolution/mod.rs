@@ -1,8 +1,7 @@
 //! Theoretical resolution of a straight track: Eqs. (6)–(12) and (14) of Catapano et al. (2020).
 //!
-//! Each equation is a function that says where it holds; [`Prediction`] gathers them for one
-//! geometry and lists, as [`Caveat`]s, which of them have left their range. [`elevation_m`] is for
-//! several tracks.
+//! Each equation is a function with its range of validity; [`Prediction`] evaluates the equations for one
+//! geometry and lists, as [`Caveat`]s, those outside their range. [`elevation_m`] is for several tracks.
 
 pub(crate) mod elevation;
 pub(crate) mod equations;

@@ -12,7 +12,7 @@ use super::geometry::{Aperture, Band};
 use crate::checks::check_positive;
 use crate::error::ImagingError;
 
-/// What Eqs. (6)–(12) say of one geometry. All distances in metres.
+/// Results of Eqs. (6)–(12) for one geometry. All distances in metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Prediction {
     /// Eq. (6); `None` without an aperture.
@@ -48,8 +48,7 @@ pub enum Caveat {
         /// Range resolution over range.
         ratio: f64,
     },
-    /// The band is wider than its centre frequency: one wavelength no longer stands for it in
-    /// Eq. (6).
+    /// The band is wider than its centre frequency: one wavelength no longer represents the band in Eq. (6).
     WideBand {
         /// Bandwidth over centre frequency.
         ratio: f64,
@@ -81,8 +80,8 @@ impl fmt::Display for Caveat {
             ),
             Self::UnderTrack { ratio } => write!(
                 f,
-                "the target lies {ratio:.2} resolutions from the track: its spot spans the track and \
-                 is one with its ghost"
+                "the target lies {ratio:.2} resolutions from the track: its spot spans the track and merges \
+                 with its ghost"
             ),
         }
     }

@@ -1,6 +1,6 @@
 //! Criteria of focus, and widths of lobes.
 
-/// A peak stands out when its power is this multiple of what random phases would leave.
+/// A peak is clear when its power is this multiple of the power of random phases.
 pub(super) const FOCUSED_POWER: f64 = 10.0;
 /// The least coherence (coherent power over the rest) at which a peak is one lobe.
 pub(super) const FOCUSED_COHERENCE: f64 = 0.25;

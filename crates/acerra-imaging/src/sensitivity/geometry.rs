@@ -41,7 +41,7 @@ pub(super) struct View {
     /// Whether the across-track place of the peak is determined to first order: not for a target
     /// that the track passes over, where range does not change across.
     pub across_known: bool,
-    /// Σ share² of all pulses over that of those kept.
+    /// Σ share² of all pulses over that of the pulses kept.
     pub speckle_scale: f64,
 }
 
@@ -175,8 +175,8 @@ impl View {
         })
     }
 
-    /// The inverse of a 2 × 2 matrix over (along, across); of its first element alone where the
-    /// across-track place is not determined. `None` where nothing is.
+    /// The inverse of a 2 × 2 matrix over (along, across); of the first element alone where the across-track
+    /// place is not determined. `None` where neither place is determined.
     pub fn invert(&self, m: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
         let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
         if self.across_known && determinant > 1e-12 * (m[0][0] * m[1][1]).abs() {
@@ -187,7 +187,7 @@ impl View {
         }
     }
 
-    /// What is left of the covariance once the peak has shifted: (I − GH) C (I − GH)ᵀ.
+    /// Covariance of the errors that remain after the shift of the peak: (I − GH) C (I − GH)ᵀ.
     pub fn residual_m2(&self, c: &[f64], h: &[Vec<f64>; 2]) -> Vec<f64> {
         let n = self.pulse.len();
         // D = (I − GH) C, then D (I − GH)ᵀ. C is symmetric: HC by rows of C.

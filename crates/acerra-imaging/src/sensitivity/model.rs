@@ -17,7 +17,7 @@ impl ErrorModel {
     /// White errors of standard deviation `sigma_m` on each axis at each of `pulses` pulses.
     ///
     /// # Errors
-    /// A standard deviation that is negative or no number.
+    /// A standard deviation that is negative or not a number.
     pub fn white(sigma_m: f64, pulses: usize) -> Result<Self, ImagingError> {
         let sigma = vec![[sigma_m; 3]; pulses];
         let place = (0..pulses).map(|m| m as f64).collect();
@@ -40,11 +40,11 @@ impl ErrorModel {
         )
     }
 
-    /// Standard deviations of both parts for each pulse and axis, as a `.pos` file gives them.
+    /// Standard deviations of both parts for each pulse and axis, as in a `.pos` file.
     ///
     /// # Errors
-    /// Lengths that differ, values that are no numbers, negative standard deviations, places that
-    /// go backwards, a correlation that is not positive.
+    /// Lengths that differ, values that are not numbers, negative standard deviations, decreasing places, a
+    /// correlation that is not positive.
     pub fn new(
         white_m: Vec<[f64; 3]>,
         drift_m: Vec<[f64; 3]>,

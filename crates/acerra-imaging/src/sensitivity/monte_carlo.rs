@@ -35,7 +35,7 @@ impl Estimate {
     }
 }
 
-/// What drawing errors gives, figure by figure as [`Blur`](super::Blur).
+/// Effects of drawn errors, with the fields of [`Blur`](super::Blur).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Simulated {
     /// Draws.
@@ -50,7 +50,7 @@ pub struct Simulated {
     pub shift_across_m: Estimate,
     /// −3 dB width along the track of the mean power over the ideal one's.
     pub widening_along: Option<Estimate>,
-    /// The same across the track.
+    /// The widening across the track.
     pub widening_across: Option<Estimate>,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct ShiftFunctional {
     pub curvature: [[f64; 2]; 2],
 }
 
-/// What the double sum gives.
+/// Results of the double sum.
 pub(super) struct Sums {
     /// Expected power at the place itself; 1 without errors.
     pub power: f64,
@@ -115,7 +115,7 @@ impl<'a> Nodes<'a> {
         })
     }
 
-    /// Covariance of the linear shift Hε with what speckle adds to it, one value an axis.
+    /// Covariance of the linear shift Hε with the shift by speckle, one value an axis.
     ///
     /// `residual` is the covariance of ε − GHε, `linear` that of Hε;
     /// E[x sin θ] = Cov(x, θ) e^{−σ²/2} for Gaussian x and θ.

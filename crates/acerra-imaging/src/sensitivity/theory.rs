@@ -18,29 +18,29 @@ pub struct Blur {
     pub loss_at_target_db: f64,
     /// Coherent power of the shifted peak over the power of the speckle that the errors spread, dB.
     pub coherence_db: f64,
-    /// Whether a peak stands out, as the [module](super) says; the figures below need one.
+    /// Whether a peak is clear, by the criterion of the [module](super); the figures below need one.
     pub focused: bool,
     /// Loss of power at the peak, wherever it has shifted to, dB.
     pub peak_loss_db: Option<f64>,
-    /// Standard deviation of the peak's shift along the track, m; `None` below a coherence of 3 dB,
-    /// where it is no longer a first-order matter.
+    /// Standard deviation of the peak's shift along the track, m; `None` below a coherence of 3 dB, where the
+    /// first-order approximation fails.
     pub shift_along_m: Option<f64>,
     /// Standard deviation of the peak's shift across the track, m; `None` also for a target under
     /// the track, where range does not change across.
     pub shift_across_m: Option<f64>,
     /// −3 dB width along the track of the mean power about the shifted place over the ideal one's.
     pub widening_along: Option<f64>,
-    /// The same across the track.
+    /// The widening across the track.
     pub widening_across: Option<f64>,
 }
 
-/// Predicts what `model` does to the image of a point at `target_m` (on its own plane).
+/// Predicts the effect of `model` on the image of a point at `target_m` (on the plane of the point).
 ///
-/// Range errors ε shift the phase of each contribution by kε, k = 4πf/c. With Gaussian errors the
-/// expected power is the double sum over pulses and frequencies of exp(−Var(kε − k′ε′)/2), for
-/// errors of any size. Slow errors mostly shift the peak: the shift that fits them best is found by
-/// least squares, and what remains of them blurs. To the shift comes the motion of a peak in its
-/// own speckle, to first order.
+/// Range errors ε shift the phase of each contribution by kε, k = 4πf/c. With Gaussian errors the expected
+/// power is the double sum over pulses and frequencies of exp(−Var(kε − k′ε′)/2), for errors of any size.
+/// Slow errors mostly shift the peak: the shift that fits the errors best is found by least squares, and the
+/// remaining errors blur the peak. The motion of a peak in its own speckle is added to the shift, to first
+/// order.
 ///
 /// # Errors
 /// A model for another number of pulses, a target that is not below the flight, no bandwidth.
@@ -85,8 +85,8 @@ pub fn predict(
         let cross = nodes.cross(&covariance, &residual, &map, &linear, functional);
         let total = |i: usize| linear[i][i] + sums.shift[i][i] + 2.0 * cross[i];
         shift_m = Some([0, 1].map(|i| total(i).max(0.0).sqrt()));
-        // Climbing from the fitted place to the speckle's own peak regains half of curvature
-        // times variance.
+        // Climbing from the fitted place to the maximum of the speckle regains half of curvature times
+        // variance.
         for i in 0..2 {
             for j in 0..2 {
                 regained += 0.5 * functional.curvature[i][j] * sums.shift[i][j];

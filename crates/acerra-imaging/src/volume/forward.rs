@@ -16,10 +16,11 @@ use num_complex::{Complex32, Complex64};
 use std::fmt;
 use std::ops::Range;
 
-/// Plans for the same slices that fail before each is planned by itself.
+/// Number of plans for the same slices that fail before each slice is planned separately.
 const MOST_FAILURES: usize = 3;
 
-/// Least pixels of the self-check of a slice with a plan of its own: the slices share out those of a plane.
+/// Least pixels of the self-check of a separately planned slice: the slices share the pixels of a plane's
+/// check.
 const LEAST_CHECK: usize = 6;
 
 /// The forward operator of a volume, ready to be applied any number of times: the transpose of
@@ -64,7 +65,7 @@ pub struct ForwardVolume<'a> {
     spectra: [usize; 2],
 }
 
-/// A plan and what it models.
+/// A plan and the slices that it models.
 enum Part<'a> {
     Together(Box<SlicesForward<'a>>),
     Alone(usize, Box<Forward<'a>>),
@@ -113,7 +114,7 @@ impl<'a> ForwardVolume<'a> {
         self.parts.iter().map(Part::slices)
     }
 
-    /// Bytes that a run takes beside the images given, spectra included.
+    /// Bytes of a run in addition to the images given, spectra included.
     #[must_use]
     pub fn memory_bytes(&self) -> u128 {
         let of_part = |part: &Part| match part {
@@ -175,7 +176,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// A plan that all of some slices keep the accuracy with, where there is one.
+/// A plan that keeps the accuracy for all of some slices, if there is one.
 fn together<'a>(
     volume: &VolumeGrid,
     slices: Range<usize>,

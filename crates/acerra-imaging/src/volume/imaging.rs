@@ -14,7 +14,7 @@ use num_complex::Complex32;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What imaging a volume took.
+/// Report of imaging a volume.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct VolumeRun {
@@ -31,9 +31,10 @@ pub struct VolumeRun {
 /// Least pixels of a slice's self-check where each is planned by itself.
 const LEAST_CHECK: usize = 32;
 
-/// Images slice after slice and hands each to `take` (index, grid, `[ny, nx]` image); the same memory
-/// serves all. Every slice is planned by itself, and so is what imaging it alone gives; the pixels of the
-/// self-check are shared out among the slices, at least 32 to each. [`image_volume_planned_once`] is faster, and looks closer.
+/// Images slice after slice and calls `take` (index, grid, `[ny, nx]` image) for each; the same memory serves
+/// all slices. Every slice is planned separately and is identical to the slice imaged alone; the slices share
+/// the pixels of the self-check, at least 32 to each. [`image_volume_planned_once`] is faster, and checks
+/// more pixels.
 ///
 /// ```
 /// use acerra_imaging::{
@@ -77,10 +78,10 @@ pub fn image_volume<E: From<ImagingError>>(
     Ok(imaging.run()?)
 }
 
-/// As [`image_volume`], with one plan and its tables for all slices, or for groups of them where far slices of
-/// a tall volume can be imaged in less time. Every slice is compared with the double-precision sum at some of
-/// its pixels before it is handed out: where it keeps less than the accuracy, it and those after it are planned
-/// finer, in the end each by itself. A slice differs within the accuracy from itself imaged alone.
+/// As [`image_volume`], with one plan and its tables for all slices, or for groups of them where far slices
+/// of a tall volume can be imaged in less time. Every slice is compared with the double-precision sum at some
+/// of its pixels before it is handed out: from a slice that exceeds the accuracy on, the slices are planned
+/// finer, in the end each separately. A slice differs from the slice imaged alone by at most the accuracy.
 ///
 /// # Errors
 /// As [`image_volume`].
@@ -98,7 +99,7 @@ pub fn image_volume_planned_once<E: From<ImagingError>>(
     Ok(imaging.run()?)
 }
 
-/// Plans that fail on the same slice before it is planned by itself.
+/// Number of plans that fail on the same slice before it is planned separately.
 const MOST_FAILURES: usize = 3;
 
 /// A volume in the making.
@@ -130,7 +131,7 @@ impl<'a> Imaging<'a> {
         }
     }
 
-    /// Slice `k` with a plan of its own.
+    /// Slice `k` with a separate plan.
     fn alone<E: From<ImagingError>>(
         &mut self,
         k: usize,
@@ -230,7 +231,7 @@ struct Following<'a> {
     control: Control<'a>,
     per_slice: u64,
     total: u64,
-    /// The most reported so far: what is imaged once more counts once.
+    /// The largest progress reported so far: repeated work counts once.
     most: AtomicU64,
 }
 

@@ -1,4 +1,4 @@
-//! Volumes: horizontal slices imaged or modelled one after another, so that memory stays that of one slice.
+//! Volumes: horizontal slices imaged or modelled one after another, in the memory of one slice.
 
 mod forward;
 mod imaging;

@@ -1,4 +1,4 @@
-//! Where the radar is, by the receiver's own solutions, between one and the next.
+//! Place of the radar by the receiver's own solutions, between one and the next.
 
 use std::collections::VecDeque;
 
@@ -18,7 +18,7 @@ use crate::solutions::{Position, Solutions};
 const KEPT: usize = 128;
 /// Positions kept at most, while pulses wait for them: at 10 Hz 3½ minutes.
 const MOST_KEPT: usize = 2048;
-/// Positions kept before the first one that is needed: the curve between positions needs them.
+/// Positions kept before the first needed one: the curve between positions uses them.
 const KEPT_BEFORE: usize = 8;
 /// Standard deviation of the height up to which a position may be the frame's origin (m).
 const ORIGIN_SIGMA_M: f64 = 15.0;
@@ -56,7 +56,7 @@ enum Way {
 }
 
 impl Positions {
-    /// Positions about `origin`, or about the first of them.
+    /// Positions relative to `origin`, or to the first of them.
     #[must_use]
     pub fn new(origin: Option<Geodetic>, lever_arm_m: [f64; 3]) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl Positions {
         }
     }
 
-    /// Takes a UBX message; returns the time of the solution in it.
+    /// Processes a UBX message; returns the time of the solution in it.
     pub fn ubx(&mut self, frame: &UbxFrame<'_>) -> Option<GpsTime> {
         let found = self.solutions.take(frame);
         let mut latest = None;
@@ -145,7 +145,7 @@ impl Positions {
         }
     }
 
-    /// Keeps positions from that time on: pulses wait to be placed there. None: nothing waits.
+    /// Keeps positions from that time on, for waiting pulses. None: no pulse waits.
     pub fn need_from(&mut self, time: Option<GpsTime>) {
         let since = |time: GpsTime| Some(time.seconds_since(self.start?));
         self.needed_from_s = time.and_then(since);
@@ -183,7 +183,7 @@ impl Positions {
         }
     }
 
-    /// The radar's own way, made again where positions have come.
+    /// The radar's own path, computed again when positions have arrived.
     fn way(&mut self) -> &Way {
         if self.radar.is_none() {
             self.radar = Some(self.make_way().unwrap_or(Way::None));

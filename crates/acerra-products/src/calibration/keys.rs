@@ -1,4 +1,4 @@
-//! From what was found to the keys of the campaign file.
+//! Writing the results of a calibration to the keys of the campaign file.
 
 use acerra_chain::calibrate::{Calibrated, Parameter, RestDelay};
 use acerra_chain::campaign::{Campaign, ZeroTiming};
@@ -75,7 +75,7 @@ fn delay_keys(campaign: &Campaign, delay_ns: f64) -> Vec<Assignment> {
     keys
 }
 
-/// The way to the tables of a track: the root of a campaign that has it alone.
+/// Path to the tables of a track: the root of a campaign with a single track.
 fn way_to(campaign: &Campaign, track: usize) -> Vec<Step> {
     if campaign.track.is_empty() {
         return Vec::new();

@@ -29,7 +29,7 @@ pub struct CampaignFile {
     pub path: PathBuf,
     /// Its text.
     text: String,
-    /// What it says, with paths resolved.
+    /// Its content, with paths resolved.
     pub campaign: Campaign,
 }
 
@@ -37,7 +37,7 @@ impl CampaignFile {
     /// Reads a campaign file.
     ///
     /// # Errors
-    /// A file that cannot be read or is no campaign, with its name and the place.
+    /// An unreadable file or an invalid campaign, with its name and the place.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
         let at = || path.display().to_string();
         let text = std::fs::read_to_string(path).with_context(at)?;
@@ -136,7 +136,7 @@ impl CampaignFile {
     pub fn with_keys(&self, keys: &[acerra_settings::Assignment]) -> anyhow::Result<String> {
         let at = || self.path.display().to_string();
         let text = assign(&self.text, keys).with_context(at)?;
-        // What is written must be readable.
+        // The written file must be readable.
         Campaign::parse(&text).with_context(at)?;
         Ok(text)
     }

@@ -24,7 +24,7 @@ pub(super) fn page(name: &str, outcome: &CalibrationOutcome) -> Result<String, F
         }
         (html::warnings(&record.warnings, &[]))
         section #observability {
-            h2 { "What the geometry cannot tell" }
+            h2 { "What the geometry cannot determine" }
             (directions(&record))
             (sensitivities(&record))
             h3 { "Correlation of the estimates" }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::outcome::CalibrationOutcome;
 
-/// What a calibration found, as JSON tells it. Values are in the unit beside them.
+/// Result of a calibration, as JSON. Each value is in the unit next to it.
 #[derive(Clone, Debug, Serialize)]
 pub struct CalibrationRecord {
     /// Version of the program.
@@ -16,9 +16,9 @@ pub struct CalibrationRecord {
     pub estimated: Vec<String>,
     /// Their correlation matrix.
     pub correlation: Vec<Vec<f64>>,
-    /// What the geometry cannot tell.
+    /// Combinations that the geometry cannot determine.
     pub not_observable: Vec<DirectionRecord>,
-    /// How estimates follow what is held.
+    /// Dependence of the estimates on held unknowns.
     pub sensitivity: Vec<SensitivityRecord>,
     /// How the reflectors fit.
     pub reflectors: Vec<ReflectorRecord>,
@@ -37,13 +37,13 @@ pub struct EstimateRecord {
     pub campaign: f64,
     /// The value found, or the campaign's.
     pub value: f64,
-    /// Standard deviation; none where it is not observable.
+    /// Standard deviation; none where the value is not observable.
     pub sigma: Option<f64>,
-    /// Whether the data tell it.
+    /// Whether the data determine it.
     pub observable: bool,
 }
 
-/// A combination that the data do not tell.
+/// A combination that the data do not determine.
 #[derive(Clone, Debug, Serialize)]
 pub struct DirectionRecord {
     /// Changes of the unknowns along it, for one limit of observation in all.
@@ -162,7 +162,7 @@ impl ReflectorRecord {
     }
 }
 
-/// Residuals of one reflector over time, for a figure: those that took part.
+/// Residuals of one reflector over time, for a figure: those used in the adjustment.
 pub(super) fn series(residuals: &[EchoResidual], reflector: usize) -> (Vec<f64>, Vec<f64>) {
     residuals
         .iter()

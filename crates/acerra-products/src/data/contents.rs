@@ -1,4 +1,4 @@
-//! What a run holds for programs that read arrays, in memory or from its directory.
+//! Data of a run for programs that read arrays, from memory or from its directory.
 
 use std::borrow::Cow;
 

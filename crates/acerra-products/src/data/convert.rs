@@ -21,8 +21,8 @@ pub enum ConvertError {
     },
     /// A format that needs more than a run leaves behind.
     #[error(
-        "{format}: a run's directory does not hold what this format takes; name it in [products] \
-         formats and run the campaign again"
+        "{format}: a run's directory lacks data of this format; add the format to [products] formats and \
+         run the campaign again"
     )]
     NotFromProducts {
         /// The format.

@@ -8,7 +8,7 @@ use num_complex::Complex32;
 use super::contents::{PulseContents, RadargramContents, RunContents, TargetPlace};
 use super::table::Table;
 
-/// Columns of the trajectory: name in the table, name here, unit, standard name, what it is.
+/// Columns of the trajectory: name in the table, name in the cube, unit, standard name, description.
 const COLUMNS: [[&str; 5]; 12] = [
     [
         "x_m",
@@ -211,7 +211,7 @@ fn time(time_s: Vec<f64>, zero: Option<GpsTime>) -> Variable<'static> {
         .with("calendar", "standard")
 }
 
-/// Words as numbers, with their meanings beside them.
+/// Words as numbers, with their meanings as attributes.
 fn flags<'t>(name: &str, words: impl Iterator<Item = &'t str>, meaning: &str) -> Variable<'static> {
     let words: Vec<&str> = words.collect();
     let mut known = words.clone();
@@ -312,14 +312,14 @@ fn add_pulses<'a>(data: &mut Dataset<'a>, pulses: &'a PulseContents<'_>) {
     }
 }
 
-/// The cleaned traces of a track; those of several tracks have the track's number in their names.
+/// The cleaned traces of a track; with several tracks their names include the track's number.
 fn add_radargram<'a>(data: &mut Dataset<'a>, of: &RadargramContents<'a>, is_only: bool) {
     let radargram = of.radargram;
     let named = |name: &str| match is_only {
         true => name.to_owned(),
         false => format!("{name}_{}", of.track),
     };
-    // Pulses of one track among several stand for themselves.
+    // Each of several tracks has its own dimension of pulses.
     let pulse = if is_only {
         "pulse".to_owned()
     } else {

@@ -17,7 +17,7 @@ use super::table::Table;
 /// Bytes of a pixel.
 const PIXEL_BYTES: u64 = 8;
 
-/// What the run in `folder` holds, but for spectra and radargrams.
+/// Data of the run in `folder`, without spectra and radargrams.
 ///
 /// # Errors
 /// A product that is absent or broken, with its name and the place.
@@ -42,7 +42,7 @@ pub(super) fn contents(folder: &Path) -> anyhow::Result<RunContents<'static>> {
     })
 }
 
-/// What a run in a directory is called.
+/// Name of a run in a directory.
 fn name_of(folder: &Path) -> String {
     let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     let name = whole.file_name().unwrap_or(whole.as_os_str());
@@ -191,7 +191,7 @@ fn items(run: &Value, folder: &Path) -> anyhow::Result<Vec<(String, String)>> {
     Ok(items)
 }
 
-/// How many findings agree, and the names of those that do not.
+/// Number of findings that agree, and the names of the others.
 fn evidence(findings: &Value) -> String {
     let findings: Vec<&Value> = findings.as_array().into_iter().flatten().collect();
     let named = |verdict: &str| -> Vec<&str> {

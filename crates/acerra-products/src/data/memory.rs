@@ -10,7 +10,7 @@ use super::table::Table;
 use crate::outcome::Outcome;
 use crate::provenance;
 
-/// What a run holds whose product `trajectory.csv` stands at `trajectory`.
+/// Data of a run whose product `trajectory.csv` is at `trajectory`.
 pub(super) fn contents<'a>(
     outcome: &'a Outcome,
     trajectory: &Path,

@@ -60,7 +60,7 @@ pub(crate) fn write(outcome: &Outcome, staging: &Staging) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// A format that the campaign asks for and the run cannot have, in words.
+/// A format that the campaign requests and the run cannot produce, in words.
 pub(crate) fn left_out(outcome: &Outcome) -> Option<String> {
     let is_wanted = outcome
         .campaign

@@ -78,7 +78,7 @@ fn parts(outcome: &Outcome) -> Result<(EnuFrame, EvenFrequencies), &'static str>
     Ok((frame, frequency))
 }
 
-/// The names of the tracks, or their numbers where two have the same.
+/// The names of the tracks, or their numbers where two names are equal.
 fn channel_names(tracks: &[Track]) -> Vec<String> {
     let names: BTreeSet<&str> = tracks.iter().map(|track| track.name.as_str()).collect();
     let number = |(k, track): (usize, &Track)| match names.len() == tracks.len() {
@@ -111,7 +111,7 @@ fn channel<'a>(
     }
 }
 
-/// From the clock of a track's positions to that of the first track's.
+/// Offset from the clock of a track's positions to that of the first track's.
 fn seconds_to_start(outcome: &Outcome, track: &Track) -> f64 {
     let zero = |track: &Track| -> Option<GpsTime> { track.positions.time_origin().gps_time() };
     match (zero(outcome.prepared.first()), zero(track)) {

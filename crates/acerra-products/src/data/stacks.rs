@@ -37,7 +37,7 @@ impl Stacks {
         }
     }
 
-    /// The volume, where there is one.
+    /// The volume, if any.
     pub fn volume(&self) -> Option<&Stack> {
         self.volume.as_ref()
     }
@@ -76,7 +76,7 @@ impl Stacks {
         Ok(())
     }
 
-    /// The stacks that are there, with what their arrays are called and mean.
+    /// The stacks of the run, with names and meanings of their arrays.
     fn variables(&self) -> impl Iterator<Item = (&Stack, Variable<'static>)> {
         let kinds = [
             (
@@ -147,7 +147,7 @@ impl Stack {
         self.coordinates_m("z_m", self.shape()?.images)
     }
 
-    /// So many coordinates along an axis (m).
+    /// Coordinates along an axis (m), `count` of them.
     pub fn coordinates_m(&self, name: &'static str, count: usize) -> anyhow::Result<Vec<f64>> {
         let (shape, values) = self
             .open()?

@@ -38,7 +38,7 @@ impl Table {
         Ok(Self { names, rows })
     }
 
-    /// How many lines there are below the first.
+    /// Number of lines below the first.
     #[must_use]
     pub fn len(&self) -> usize {
         self.rows.len()
@@ -79,7 +79,7 @@ impl Table {
         Ok(values.iter().any(|v| !v.is_nan()).then_some(values))
     }
 
-    /// First and last instant of traces that have a position, where the table tells them.
+    /// First and last instant of traces that have a position, where the table holds them.
     #[must_use]
     pub fn time_span(&self) -> Option<[&str; 2]> {
         let instants: Vec<&str> = self
@@ -90,7 +90,7 @@ impl Table {
         Some([instants.first()?, instants.last()?])
     }
 
-    /// GPS time at second zero of the column `time_s`, where the table tells it.
+    /// GPS time at second zero of the column `time_s`, where the table holds it.
     #[must_use]
     pub fn time_zero(&self) -> Option<GpsTime> {
         let gpst = instant(self.texts("gpst")?.next()?)?;

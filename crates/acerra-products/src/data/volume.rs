@@ -130,7 +130,7 @@ impl VolumeFile {
         Ok(())
     }
 
-    /// Adds runs of values, each so many from a first one on.
+    /// Adds runs of values, each with its first index and length.
     fn rows(
         &self,
         runs: impl IntoIterator<Item = (u64, u64)>,

@@ -22,7 +22,8 @@ pub(super) fn write(
     }
 }
 
-/// Pixels on uneven ground lie on the plane in their middle, with their heights beside them.
+/// Pixels on uneven ground are placed on the plane at their mean height, with their heights as a separate
+/// array.
 fn write_image(run: &RunContents<'_>, staging: &Staging) -> anyhow::Result<()> {
     let image = &run.image;
     let low = image.z_m.iter().copied().fold(f64::INFINITY, f64::min);
@@ -63,7 +64,7 @@ fn write_volume(run: &RunContents<'_>, volume: &Stack, staging: &Staging) -> any
     Ok(vti.finish()?)
 }
 
-/// Columns and rows of the image, and `slices` of them from a first height on, a step apart.
+/// Columns and rows of the image, and `slices` slices from a first height on, a step apart.
 fn grid(
     run: &RunContents<'_>,
     [z_m, step_m]: [f64; 2],

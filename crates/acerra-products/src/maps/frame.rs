@@ -1,4 +1,4 @@
-//! Where the image stands: on the Earth, with a system of coordinates; or in a frame of its own.
+//! Frame of the image: on the Earth, with a coordinate reference system; or a local frame.
 
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_maps::crs::MapCrs;
@@ -7,11 +7,11 @@ use anyhow::Context;
 
 use crate::outcome::Outcome;
 
-/// Where an image's pixels stand.
+/// Frame of an image's pixels.
 pub(super) struct MapFrame {
     /// The frame on the Earth and the system of coordinates of its maps.
     known: Option<(EnuFrame, MapCrs)>,
-    /// Where pixels stand on the map, or in the local frame.
+    /// Places of the pixels on the map, or in the local frame.
     pub placement: Placement,
     grid: LocalGrid,
 }
@@ -87,7 +87,7 @@ impl OnEarth<'_> {
         .map(|[x_m, y_m]| self.frame.geodetic_from_enu([x_m, y_m, grid.z_m]))
     }
 
-    /// Every track's places, in order; at most so many of each.
+    /// Every track's places, in order, with a largest number for each.
     pub fn tracks(&self, outcome: &Outcome, most: usize) -> Vec<Vec<Geodetic>> {
         let positions = &outcome.prepared.aligned.position_m;
         outcome

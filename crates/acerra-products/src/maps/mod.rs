@@ -34,7 +34,7 @@ pub(crate) fn check(campaign: &Campaign) -> anyhow::Result<()> {
 /// where the positions have none.
 ///
 /// # Errors
-/// A file that cannot be written, an image that cannot be placed on the map asked for.
+/// A file that cannot be written, an image that cannot be placed on the requested map.
 pub(crate) fn write(outcome: &Outcome, shown: &Shown, staging: &Staging) -> anyhow::Result<()> {
     let frame = MapFrame::of(outcome)?;
     let wanted = |format| outcome.campaign.products.formats.contains(&format);

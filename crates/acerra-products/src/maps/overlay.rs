@@ -67,7 +67,7 @@ pub(super) fn write(
     write_kmz(BufWriter::new(file), &overlay).context(NAME)
 }
 
-/// A time in UTC to the second, as KML wants it.
+/// A time in UTC to the second, in KML's form.
 fn iso_8601(time: GpsTime) -> String {
     time.format_utc(0).replace('/', "-").replacen(' ', "T", 1) + "Z"
 }

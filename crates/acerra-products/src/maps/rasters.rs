@@ -17,7 +17,7 @@ use crate::outcome::Outcome;
 use crate::provenance;
 use crate::staging::Staging;
 
-/// What a GeoTIFF of the image holds.
+/// Kinds of values in a GeoTIFF of the image.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Content {
     /// Levels below the maximum (dB).
@@ -96,7 +96,8 @@ pub(super) fn write(
 /// Colours of the style for QGIS, between which it interpolates.
 const COLOURS: u32 = 25;
 
-/// The levels of `image.png`, but for what is done to them for display alone: against the maximum, down to its floor.
+/// The levels of `image.png` without the processing for display: relative to the maximum, down to the
+/// picture's floor.
 fn shown_levels(outcome: &Outcome) -> LevelScale {
     let grid = &outcome.focused.pixels.grid;
     let values = PixelValues::Complex(&outcome.focused.image);

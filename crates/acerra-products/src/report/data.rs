@@ -1,4 +1,4 @@
-//! What a report is made from.
+//! Data of a report.
 
 use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::journal::stages::Stage;
@@ -9,12 +9,12 @@ use std::fmt;
 
 use crate::surveyed::SurveyRecord;
 
-/// Everything that the report of one focused campaign shows. What is empty is left out of the page.
+/// Data of the report of one focused campaign. Empty parts are left out of the page.
 #[derive(Clone, Debug, Default)]
 pub struct ReportData {
     /// Heading and window title.
     pub title: String,
-    /// What was done, in a sentence or two; may be empty.
+    /// Summary in a sentence or two; may be empty.
     pub summary: String,
     /// Version of the program.
     pub version: String,
@@ -22,11 +22,11 @@ pub struct ReportData {
     pub facts: Vec<Fact>,
     /// Independent findings about the run, each with its verdict.
     pub evidence: Vec<EvidenceRow>,
-    /// Settings that nothing in the data checks: name, and what an error of it does.
+    /// Settings that no data check: name, and the effect of an error.
     pub unchecked: Vec<[String; 2]>,
-    /// What speaks against the result, one sentence each.
+    /// Warnings about the result, one sentence each.
     pub warnings: Vec<String>,
-    /// What was left out without harm, one sentence each.
+    /// Harmless omissions, one sentence each.
     pub notes: Vec<String>,
     /// The focused image.
     pub image: Option<Picture>,
@@ -34,7 +34,7 @@ pub struct ReportData {
     pub inversion: Option<InversionRecord>,
     /// Targets, strongest first, numbered from 1 in this order.
     pub targets: Vec<TargetRow>,
-    /// Surveyed points beside the targets.
+    /// Surveyed points, and the target nearest to each.
     pub surveyed: Vec<SurveyRecord>,
     /// How to read the places of the targets, one paragraph each.
     pub remarks: Vec<String>,
@@ -44,9 +44,9 @@ pub struct ReportData {
     pub radargram_clean: Option<Picture>,
     /// Further pictures of evidence, in this order.
     pub pictures: Vec<Picture>,
-    /// What the image rests on, track by track.
+    /// Inputs of the image, track by track.
     pub tracks: Vec<TrackEvidence>,
-    /// What the automatic choices came to: offsets, counts.
+    /// Results of the automatic choices: offsets, counts.
     pub choices: Vec<Fact>,
     /// How the image was computed, a line for each part of the plan.
     pub plan: Vec<Fact>,
@@ -58,7 +58,7 @@ pub struct ReportData {
     pub configuration: String,
 }
 
-/// One independent finding about a run: what was found, what was expected, and what follows.
+/// One independent finding about a run: value, expected value, and conclusion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EvidenceRow {
     /// What was looked at.
@@ -73,7 +73,7 @@ pub struct EvidenceRow {
     pub unit: String,
     /// What follows.
     pub verdict: Verdict,
-    /// How it was found, and what to do where it does not agree.
+    /// How the value was found, and the remedy where it does not agree.
     pub explanation: String,
 }
 
@@ -90,7 +90,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The word used for it in `run.json`.
+    /// Its word in `run.json`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -139,16 +139,17 @@ impl Fact {
     }
 }
 
-/// A finished figure: a PNG, and what a page shows of it.
+/// A finished figure: a PNG, and its representation in a page.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Picture {
     /// The bytes of the PNG.
     pub png: Vec<u8>,
-    /// The same figure as SVG, in which texts follow the reader's theme; pages show the PNG where it is empty.
+    /// The same figure as SVG, in which text follows the reader's theme; pages show the PNG where this is
+    /// empty.
     pub wide_svg: String,
     /// The figure laid out for a telephone, as SVG.
     pub narrow_svg: String,
-    /// What it shows, for readers who cannot see it.
+    /// Description for readers who cannot see the figure.
     pub alt: String,
     /// How to read it, under the picture.
     pub caption: String,
@@ -161,7 +162,7 @@ impl Picture {
     /// The figure that `draw` lays out for a greatest width in CSS pixels.
     ///
     /// # Errors
-    /// Those of `draw`; a picture too large to hold.
+    /// Errors of `draw`; a picture too large for memory.
     pub fn drawn(
         mut draw: impl FnMut(f32) -> Result<Drawing, FigureError>,
         alt: &str,
@@ -207,7 +208,8 @@ pub struct TargetRow {
     pub y_m: f64,
     /// Height of the image plane there, in metres.
     pub z_m: f64,
-    /// Depth below the surface of the ground and its standard deviation, in metres, of a target below it.
+    /// Depth below the surface of the ground and its standard deviation, in metres, for a target below the
+    /// surface.
     pub depth_m: Option<[f64; 2]>,
     /// Level relative to the image's maximum, in dB.
     pub level_db: f64,
@@ -219,7 +221,7 @@ pub struct TargetRow {
     pub pslr_db: Option<f64>,
     /// Integrated sidelobe ratio in dB.
     pub islr_db: Option<f64>,
-    /// The left–right ghost, where there is one.
+    /// The left–right ghost, if any.
     pub ghost: Option<GhostRow>,
     /// Cuts through the peak.
     pub cuts: Option<CutLevels>,
@@ -256,7 +258,7 @@ pub struct Cut {
     pub theory_db: Vec<f64>,
 }
 
-/// What was found about one track.
+/// Results for one track.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrackEvidence {
     /// Its name; empty where the campaign has only one.
@@ -276,7 +278,7 @@ pub struct TrajectoryEvidence {
     pub time_s: Vec<f64>,
     /// Positions (x east, y north, z up) in metres, in the image's frame.
     pub position_m: Vec<[f64; 3]>,
-    /// Standard deviations (east, north, up) in metres; empty where not known.
+    /// Standard deviations (east, north, up) in metres; empty where unknown.
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
     pub status: Vec<SolutionStatus>,
@@ -297,7 +299,7 @@ pub struct AlignmentEvidence {
     pub chosen_s: f64,
     /// What the score is.
     pub score_name: String,
-    /// How sure the choice is, in words and numbers.
+    /// Confidence of the choice, in words and numbers.
     pub remark: String,
 }
 

@@ -1,11 +1,11 @@
-//! The evidence: independent findings about a run, and what they amount to.
+//! The evidence: independent findings about a run, and their summary.
 
 use super::data::{EvidenceRow, Verdict};
 use super::numbers::{fixed, measured, with_minus_signs};
 use maud::{Markup, html};
 
-/// The section with the one-line verdict and all findings, gravest first; those that agree are folded
-/// away; then what nothing checks. Nothing where there are no findings.
+/// The section with the one-line verdict and all findings, gravest first; those that agree are folded away;
+/// then the unchecked settings. Empty without findings.
 pub(super) fn section(rows: &[EvidenceRow], unchecked: &[[String; 2]]) -> Markup {
     let mut sorted: Vec<&EvidenceRow> = rows.iter().collect();
     sorted.sort_by_key(|row| std::cmp::Reverse(row.verdict));
@@ -120,7 +120,7 @@ pub(super) fn badge(rows: &[EvidenceRow]) -> Markup {
     }
 }
 
-/// What the findings amount to, in one line.
+/// Summary of the findings, in one line.
 ///
 /// ```
 /// use acerra_products::report::{EvidenceRow, Verdict, verdict_line};
@@ -182,7 +182,7 @@ pub fn verdict_line(rows: &[EvidenceRow]) -> String {
         );
     }
     match rows.len() {
-        0 => "Nothing was found that could speak for or against this result.".to_owned(),
+        0 => "No finding supports or questions this result.".to_owned(),
         1 => "The one finding agrees with this result.".to_owned(),
         n => format!("All {n} findings agree with this result."),
     }

@@ -1,4 +1,4 @@
-//! What every page is made of: document, heading, warnings, tiles, tables, pictures.
+//! Elements of every page: document, heading, warnings, tiles, tables, pictures.
 
 use super::data::{Fact, Picture};
 use acerra_figure::Drawing;
@@ -52,7 +52,7 @@ pub(crate) fn heading(title: &str, summary: &str, version: &str, badges: &Markup
     }
 }
 
-/// How many warnings there are, leading to `target`.
+/// Number of warnings, as a link to `target`.
 pub(crate) fn warning_badge(count: usize, target: &str) -> Markup {
     let (class, text) = match count {
         0 => ("good", "No warnings".to_owned()),
@@ -107,7 +107,7 @@ pub(crate) fn tiles(facts: &[Fact]) -> Markup {
     }
 }
 
-/// A picture with its caption: the layout for the reader's screen, or the PNG where that is all there is.
+/// A picture with its caption: the layout for the reader's screen, or the PNG where there is no other.
 pub(crate) fn picture(picture: &Picture) -> Markup {
     if !picture.wide_svg.is_empty() {
         return html! {
@@ -158,7 +158,7 @@ pub(crate) enum Fit {
     Whole,
 }
 
-/// A drawing as inline SVG with what it shows in words, and its caption.
+/// A drawing as inline SVG with a description in words, and its caption.
 pub(crate) fn drawing(drawing: Drawing, fit: Fit, alt: &str, text: &str) -> Markup {
     let svg = drawing.described(alt).to_svg();
     html! {
@@ -180,10 +180,10 @@ fn caption(text: &str) -> Markup {
     }
 }
 
-/// A table of numbers: its caption says what they are, the first column heads its rows.
+/// A table of numbers with a caption; the first column heads its rows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table<'a> {
-    /// What the table shows; may be empty.
+    /// Content of the table; may be empty.
     pub caption: &'a str,
     /// Column headings.
     pub head: &'a [&'a str],

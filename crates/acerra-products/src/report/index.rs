@@ -15,14 +15,14 @@ pub struct IndexEntry {
     pub png: Vec<u8>,
     /// The numbers that matter most.
     pub facts: Vec<Fact>,
-    /// How many warnings its report holds.
+    /// Number of warnings of its report.
     pub warnings: usize,
 }
 
 /// A table over the campaigns; each row begins with its heading.
 #[derive(Clone, Debug, Default)]
 pub struct ComparisonTable {
-    /// What it compares, above the table.
+    /// Subject of the comparison, above the table.
     pub caption: String,
     /// Column headings, the first for the row headings.
     pub head: Vec<String>,
@@ -35,7 +35,7 @@ pub struct ComparisonTable {
 pub struct IndexPage {
     /// Heading and window title.
     pub title: String,
-    /// What the campaigns are, in a few sentences; may be empty.
+    /// Description of the campaigns in a few sentences; may be empty.
     pub summary: String,
     /// The campaigns in order.
     pub entries: Vec<IndexEntry>,

@@ -8,7 +8,7 @@ use acerra_figure::{Axis, FigureError, LinePlot, ReferenceLine, Series};
 use acerra_invert::{PointResponse, Stop};
 use maud::{Markup, html};
 
-/// The section; nothing of an image that is the adjoint.
+/// The section; empty for an image that is the adjoint.
 pub(super) fn section(record: Option<&InversionRecord>) -> Result<Markup, FigureError> {
     let Some(record) = record else {
         return Ok(html! {});
@@ -33,8 +33,8 @@ fn numbers(record: &InversionRecord) -> Markup {
     };
     let stop = match record.stop {
         Stop::Converged => "converged",
-        Stop::Noise => "nothing left above the threshold",
-        Stop::Exhausted => "the data hold nothing further",
+        Stop::Noise => "no residual above the threshold",
+        Stop::Exhausted => "the data hold no further signal",
         Stop::Stalled => "no longer improving",
         _ => "iterations spent",
     };
@@ -58,7 +58,7 @@ fn numbers(record: &InversionRecord) -> Markup {
         vec![
             "residual of the data, dB".to_owned(),
             decibel(record.residual),
-            "what the image's echoes do not explain".to_owned(),
+            "echoes that the image does not explain".to_owned(),
         ],
     ];
     if let Some(noise) = record.noise {
@@ -122,10 +122,11 @@ fn resolution(points: &[ResolutionRecord]) -> Markup {
         @if !rows.is_empty() {
             h3 { "Resolution" }
             (html::table(&Table {
-                caption: "What the method, and the adjoint, make of the noise-free echoes of a single point at \
-                          the strongest targets: widths at −3 dB, the greatest value farther than two \
-                          resolution distances from it, and the share of the energy within them. A \
-                          narrower main lobe under higher artefacts is a prettier picture, not a better one.",
+                caption: "Images of the noise-free echoes of a single point at the strongest targets, by \
+                          the method and by the adjoint: widths at −3 dB, the greatest value farther than \
+                          two resolution distances from it, and the share of the energy within them. A \
+                          narrower main lobe under higher artefacts is a prettier picture, not a better \
+                          one.",
                 head: &[
                     "point (m)",
                     "image",

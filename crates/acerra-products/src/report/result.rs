@@ -1,4 +1,4 @@
-//! The image and what was measured in it.
+//! The image and the measurements in it.
 
 use super::data::{ReportData, TargetRow, Widths};
 use super::html::{self, Table};
@@ -12,7 +12,7 @@ pub(super) fn section(data: &ReportData) -> Markup {
             h2 { "Result" }
             (html::tiles(&data.facts))
             @if data.targets.is_empty() {
-                p.muted { "No targets stand out of the image." }
+                p.muted { "No targets above the clutter." }
             } @else {
                 h3 { "Targets" }
                 (places(&data.targets))
@@ -42,8 +42,8 @@ fn surveyed(points: &[SurveyRecord]) -> Markup {
         row
     };
     let table = Table {
-        caption: "Surveyed points and the target nearest to each: how far the target stands east and \
-                  north of the point, and the horizontal distance.",
+        caption: "Surveyed points and the target nearest to each: offset of the target from the point, east \
+                  and north, and the horizontal distance.",
         head: &[
             "point",
             "x (m)",
@@ -148,9 +148,8 @@ fn ghosts(targets: &[TargetRow]) -> Markup {
     };
     let rows: Vec<_> = targets.iter().enumerate().filter_map(row).collect();
     let table = Table {
-        caption: "Left–right ghosts: the mirror image of a target at the track, and its \
-                  amplitude relative to the target. A single straight track cannot tell left from \
-                  right.",
+        caption: "Left–right ghosts: the mirror image of a target at the track, and its amplitude relative \
+                  to the target. A single straight track cannot distinguish left from right.",
         head: &[
             "ghost of target",
             "x (m)",

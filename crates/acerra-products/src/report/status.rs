@@ -28,8 +28,8 @@ fn usual_step_s(time_s: &[f64]) -> f64 {
         .unwrap_or(1.0)
 }
 
-/// One row per status that occurs, best first, named with its share of the positions. A position
-/// holds until the next one, but no longer than three usual intervals: a gap stays a gap.
+/// One row per status that occurs, best first, named with its share of the positions. A position counts until
+/// the next one, but at most three usual intervals, so that gaps remain.
 pub(super) fn rows(time_s: &[f64], status: &[SolutionStatus]) -> Vec<TimelineRow> {
     let usual = usual_step_s(time_s);
     let n = time_s.len();

@@ -1,4 +1,4 @@
-//! What the image rests on, track by track: trajectory, alignment in time, surface echo.
+//! Inputs of the image, track by track: trajectory, alignment in time, surface echo.
 
 use super::data::{
     AlignmentEvidence, SurfaceEvidence, TargetRow, TrackEvidence, TrajectoryEvidence,
@@ -11,7 +11,7 @@ use acerra_figure::{
 };
 use maud::{Markup, html};
 
-/// One map of all tracks; then each track on a time axis of its own.
+/// One map of all tracks; then each track with its time axis.
 pub(super) fn section(
     tracks: &[TrackEvidence],
     targets: &[TargetRow],
@@ -40,7 +40,7 @@ pub(super) fn section(
     })
 }
 
-/// "Track" before a name that does not say so itself.
+/// "Track" before a name that does not contain it.
 fn titled(name: &str) -> String {
     if name.to_lowercase().starts_with("track") {
         name.to_owned()
@@ -96,13 +96,12 @@ fn trajectory(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
     })
 }
 
-/// How many positions there are, and how good they say they are.
+/// Number of positions, and their stated quality.
 fn grade(view: &TrajectoryEvidence) -> String {
     let n = view.time_s.len();
     let fixed_count = view.status.iter().filter(|s| s.is_fixed()).count();
     let mut sentence = format!(
-        "{n} positions over {} s, {} % of them of imaging grade (fixed ambiguities, or taken at \
-         their word)",
+        "{n} positions over {} s, {} % of them of imaging grade (fixed ambiguities, or accepted as stated)",
         fixed(view.time_s[n - 1] - view.time_s[0], 1),
         fixed(100.0 * fixed_count as f64 / n as f64, 1),
     );
@@ -242,7 +241,7 @@ fn map(tracks: &[TrackEvidence], targets: &[TargetRow]) -> Result<Markup, Figure
     ))
 }
 
-/// Greatest size of maps: what a telephone shows without shrinking the text beyond reading.
+/// Greatest size of maps: shown on a telephone without text too small to read.
 const MAP_WIDTH_PX: f32 = 480.0;
 const MAP_HEIGHT_PX: f32 = 420.0;
 /// Colours of tracks, apart from those of start and targets.
@@ -257,7 +256,8 @@ fn columns(view: &TrajectoryEvidence, wanted: impl Fn(f64) -> bool) -> (Vec<f64>
         .unzip()
 }
 
-/// Speed over ground between neighbouring positions, given to the later one; NaN where time stands.
+/// Speed over ground between neighbouring positions, assigned to the later one; NaN where the time does not
+/// advance.
 fn speed_m_s(view: &TrajectoryEvidence) -> Vec<f64> {
     let steps = view.time_s.windows(2).zip(view.position_m.windows(2));
     let speeds = steps.map(|(time_s, position_m)| {

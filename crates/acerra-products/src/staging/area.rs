@@ -1,8 +1,8 @@
 //! Directories in which files are written aside.
 //!
-//! An area is locked as long as its process lives. A process that ends in order removes its areas;
-//! what a killed one leaves is not locked any more and is removed by the next process that makes an
-//! area in the same directory.
+//! An area is locked as long as its process lives. A process that ends in order removes its areas; the area
+//! of a killed process is no longer locked and is removed by the next process that makes an area in the same
+//! directory.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -16,11 +16,11 @@ const PREFIX: &str = ".acerra-";
 const LOCK: &str = "lock";
 /// The directory in an area that holds the files.
 const FILES: &str = "files";
-/// The directory in an area that holds what publication replaces.
+/// The directory in an area with the files that publication replaces.
 const REPLACED: &str = "replaced";
 /// A process makes and locks an area well within this time.
 const TIME_TO_LOCK: Duration = Duration::from_secs(60);
-/// How often an area that another process has taken for a leftover is made again.
+/// Number of attempts to make an area that another process removes as a leftover.
 const ATTEMPTS: usize = 8;
 
 /// The areas of this process that are not removed yet.
@@ -61,8 +61,8 @@ impl Areas {
     }
 }
 
-/// Removes what this process has written aside and not published, and lets it publish nothing more:
-/// for a process that is about to end. A publication under way is waited for.
+/// Removes the unpublished files of this process and prevents further publication: for a process that is
+/// about to end. A publication in progress is waited for.
 pub fn discard_unfinished() {
     let mut areas = AREAS.lock().unwrap_or_else(PoisonError::into_inner);
     areas.ended = true;
@@ -73,7 +73,7 @@ pub fn discard_unfinished() {
             Ok(()) => ended,
             Err(_) => folder,
         };
-        // What cannot be removed is left to the next run.
+        // Files that cannot be removed are left to the next run.
         let _ = fs::remove_dir_all(folder);
         remove_empty(&made);
     }
@@ -115,7 +115,7 @@ impl Area {
             }
         }
         Err(io::Error::other(
-            "other processes remove what is written there",
+            "other processes remove the files written there",
         ))
     }
 
@@ -127,7 +127,7 @@ impl Area {
             .keep();
         let locked = File::create(folder.join(LOCK)).and_then(|lock| match lock.try_lock() {
             Err(TryLockError::WouldBlock) => Err(io::ErrorKind::WouldBlock.into()),
-            // File systems without locks: nobody can tell leftovers there, and nobody removes them.
+            // File systems without locks: leftovers cannot be recognised there, and are not removed.
             Ok(()) | Err(TryLockError::Error(_)) => fs::create_dir(folder.join(FILES))
                 .and_then(|()| fs::create_dir(folder.join(REPLACED)))
                 .map(|()| lock),
@@ -150,7 +150,7 @@ impl Area {
         self.folder.join(FILES)
     }
 
-    /// Where publication keeps what it replaces.
+    /// Directory in which publication keeps the replaced files.
     pub(super) fn replaced(&self) -> PathBuf {
         self.folder.join(REPLACED)
     }
@@ -160,12 +160,12 @@ impl Drop for Area {
     fn drop(&mut self) {
         let mut areas = AREAS.lock().unwrap_or_else(PoisonError::into_inner);
         areas.unfinished.retain(|one| one.folder != self.folder);
-        // What cannot be removed is left to the next run.
+        // Files that cannot be removed are left to the next run.
         let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// Removes the areas in `parent` whose processes are gone. What cannot be read or removed stays.
+/// Removes the areas in `parent` whose processes are gone. Areas that cannot be read or removed stay.
 pub(super) fn remove_leftovers(parent: &Path) {
     let Ok(entries) = fs::read_dir(parent) else {
         return;

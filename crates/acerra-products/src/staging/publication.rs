@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use crate::names::is_product;
 
-/// A publication under way, with what undoes it.
+/// A publication in progress, with the data to undo it.
 #[derive(Debug)]
 pub(super) struct Publication<'a> {
     target: &'a Path,
-    /// Holds what was at the places taken.
+    /// Directory of the replaced files.
     replaced: PathBuf,
     undo: Vec<Step>,
 }
@@ -21,7 +21,7 @@ pub(super) struct Publication<'a> {
 enum Step {
     /// A place that was free is taken.
     Added(OsString),
-    /// What was at a place lies among the replaced.
+    /// The file at a place is among the replaced ones.
     Replaced(OsString),
 }
 
@@ -29,7 +29,7 @@ enum Step {
 type Failed = (PathBuf, io::Error);
 
 impl<'a> Publication<'a> {
-    /// A publication into `target` that keeps what it replaces in `replaced`.
+    /// A publication into `target` that keeps replaced files in `replaced`.
     pub(super) fn new(target: &'a Path, replaced: PathBuf) -> Self {
         Self {
             target,
@@ -38,8 +38,8 @@ impl<'a> Publication<'a> {
         }
     }
 
-    /// Moves everything in `files` into the target and what is `superseded` out of it; on failure
-    /// the target is as before.
+    /// Moves everything in `files` into the target and `superseded` files out of the target; on failure the
+    /// target is unchanged.
     pub(super) fn run(mut self, files: &Path, superseded: &[String]) -> Result<(), Failed> {
         let done = self.attempt(files, superseded);
         if done.is_err() {
@@ -81,7 +81,7 @@ impl<'a> Publication<'a> {
                     io::Error::new(io::ErrorKind::NotADirectory, "a file is in the way")
                 });
             }
-            // Beside a second name for the older file, the newer one takes its place in one step.
+            // The older file gets a second name, and the newer file replaces it in one step.
             Ok(there)
                 if there.is_file() && fs::hard_link(&to, self.replaced.join(name)).is_ok() =>
             {
@@ -92,7 +92,7 @@ impl<'a> Publication<'a> {
         move_to(&from, &to)
     }
 
-    /// Moves what is at a place among the replaced.
+    /// Moves the file at a place to the replaced ones.
     fn set_aside(&mut self, name: &OsString) -> io::Result<()> {
         move_to(&self.target.join(name), &self.replaced.join(name))?;
         self.undo.push(Step::Replaced(name.clone()));
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(fs::read_to_string(to.join("deep/file")).unwrap(), "text");
         let mode = |path: PathBuf| fs::metadata(path).unwrap().permissions();
         assert_eq!(mode(to.join("deep/file")), mode(from.join("deep/file")));
-        // No temporary file beside it.
+        // No temporary file next to it.
         assert_eq!(fs::read_dir(to.join("deep")).unwrap().count(), 1);
     }
 }

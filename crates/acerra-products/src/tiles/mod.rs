@@ -6,9 +6,9 @@
 //!                └─make_tiles(N/N)──►┘
 //! ```
 //!
-//! Every process prepares the same spectra, so that none waits for another; samples of them stand beside
-//! each tile, and `merge_tiles` compares them with its own. A tile appears whole or not
-//! at all, and one that is there is not made again: after any failure the same commands go on.
+//! Every process prepares the same spectra, so that no process waits for another; samples of the spectra are
+//! stored with each tile, and `merge_tiles` compares them with its own. A tile appears whole or not at all,
+//! and an existing tile is not made again: after any failure the same commands continue.
 
 mod probe;
 mod share;
@@ -32,7 +32,7 @@ use probe::Probe;
 pub use share::Share;
 use store::{TileStore, identity};
 
-/// What a share of the tiles came to.
+/// Result of a share of the tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TilesMade {
     /// Tiles that this process made.
@@ -85,7 +85,7 @@ pub fn make_tiles(
     })
 }
 
-/// The values of a tile, and what its plan said.
+/// The values of a tile, and the record of its plan.
 fn image_tile(
     prepared: &Prepared,
     request: &ImageRequest,

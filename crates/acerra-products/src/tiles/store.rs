@@ -18,7 +18,7 @@ use super::probe::Probe;
 
 /// The group's name in the directory of the products.
 const NAME: &str = "tiles.zarr";
-/// The attribute that tells which run the tiles belong to.
+/// The attribute that names the run of the tiles.
 const RUN: &str = "run";
 
 /// The tiles of one run.
@@ -29,8 +29,7 @@ pub struct TileStore {
     tiling: Tiling,
 }
 
-/// What makes tiles those of one run: the program, the bytes that go in, and what the command line
-/// adds to them.
+/// Identity of a run of tiles: the program, the bytes of its inputs, and the additions of the command line.
 pub fn identity(campaign: &Campaign, inputs: &[InputFile]) -> String {
     let digests: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
     json!({
@@ -134,7 +133,7 @@ impl TileStore {
         Ok(())
     }
 
-    /// Writes a tile, after what its plan said and samples of the data that it was made of.
+    /// Writes a tile, its plan's record, and samples of the data used.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -170,7 +169,7 @@ impl TileStore {
         })
     }
 
-    /// What the plans of all tiles said.
+    /// The records of the plans of all tiles.
     ///
     /// # Errors
     /// A file that cannot be read; a tile that was made of other data than `probe` samples.
@@ -184,9 +183,9 @@ impl TileStore {
                 let made_of = Probe::deserialize(&said["data"]).with_context(failed)?;
                 ensure!(
                     made_of.agrees(probe),
-                    "{}: tile {} was made of other positions or spectra than this process finds: what is \
-                     searched for came out otherwise on another machine; state [trajectory] time_offset_s and \
-                     [radar] delay_ns, and make the tiles again",
+                    "{}: tile {} was made of other positions or spectra than this process finds: a search \
+                     had another result on another machine; state [trajectory] time_offset_s and [radar] \
+                     delay_ns, and make the tiles again",
                     self.folder.display(),
                     k + 1
                 );

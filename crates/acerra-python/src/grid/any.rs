@@ -11,7 +11,7 @@ use super::tilted::Tilted;
 use super::volume::Volume;
 use crate::errors::Failure;
 
-/// Any of them, as an argument.
+/// A grid of any kind, as an argument.
 #[derive(FromPyObject)]
 pub enum Grid {
     /// A horizontal plane.

@@ -1,4 +1,4 @@
-//! Axes of level grids, and what they are made from.
+//! Axes of level grids, and their arguments.
 
 use acerra_imaging::PlaneGrid;
 use numpy::PyArray1;

@@ -1,4 +1,4 @@
-//! A part of a grid, as a grid of its own.
+//! A part of a grid, as a grid.
 
 use std::ops::Range;
 use std::sync::Arc;

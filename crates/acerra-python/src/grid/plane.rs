@@ -72,7 +72,7 @@ impl Plane {
         (self.0.ny, self.0.nx)
     }
 
-    /// What `pickle` makes it from.
+    /// Arguments for `pickle`.
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
         let g = &self.0;
         let keywords = PyDict::new(py);

@@ -80,7 +80,7 @@ impl Surface {
         (self.0.base().ny, self.0.base().nx)
     }
 
-    /// What `pickle` makes it from.
+    /// Arguments for `pickle`.
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
         let keywords = PyDict::new(py);
         keywords.set_item("pixel_m", self.0.base().pixel_m)?;

@@ -60,7 +60,7 @@ impl Tilted {
         (self.0.rows, self.0.columns)
     }
 
-    /// What `pickle` makes it from.
+    /// Arguments for `pickle`.
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
         let g = &self.0;
         let keywords = PyDict::new(py);

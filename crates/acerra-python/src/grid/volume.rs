@@ -93,7 +93,7 @@ impl Volume {
         Ok(Plane(self.0.slice(index)))
     }
 
-    /// What `pickle` makes it from.
+    /// Arguments for `pickle`.
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<NewArguments<'py>> {
         let g = &self.0;
         let keywords = PyDict::new(py);

@@ -1,4 +1,4 @@
-//! How much the radargram changes about each trace.
+//! Change of the radargram about each trace.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -8,10 +8,11 @@ use crate::radargram::Radargram;
 /// Change of the radargram about each trace, `[traces]`: ‖x(m+1) − x(m−1)‖ relative to the root
 /// mean square of ‖x‖ over all traces.
 ///
-/// Constant coupling cancels in the difference; what jitter of timing and gain leaves of it, the mean trace and its
-/// slope along fast time, is taken away. While the platform stands what remains is noise; when it moves a quarter of a
-/// wavelength within two intervals the echoes decorrelate and the curve levels out near √2 times their share of the
-/// record, so it marks onset and end of motion sharply and speed only roughly. The ends repeat their neighbours.
+/// Constant coupling cancels in the difference; its residue by jitter of timing and gain, along the mean
+/// trace and the slope of the mean trace, is projected out. With the platform at rest the difference is
+/// noise; when the platform moves a quarter of a wavelength within two intervals the echoes decorrelate and
+/// the curve levels out near √2 times their share of the record, so that it shows onset and end of motion
+/// sharply and speed only roughly. The ends repeat their neighbours.
 #[must_use]
 pub fn activity(radargram: &Radargram) -> Vec<f64> {
     let (traces, n) = (radargram.traces, radargram.samples_per_trace);
@@ -43,8 +44,8 @@ pub fn activity(radargram: &Radargram) -> Vec<f64> {
     change
 }
 
-/// What jitter of gain and timing adds to a trace, orthonormal: the mean trace, and its differences over two, four and
-/// six samples, whose sums are its slope throughout a wide band.
+/// Shapes of a trace's residue by jitter of gain and timing, orthonormal: the mean trace, and its differences
+/// over two, four and six samples, whose sums are its slope throughout a wide band.
 fn jitter_shapes(radargram: &Radargram) -> Vec<Vec<Complex64>> {
     let (traces, n) = (radargram.traces, radargram.samples_per_trace);
     let mean: Vec<Complex64> = (0..n)
@@ -71,7 +72,7 @@ fn jitter_shapes(radargram: &Radargram) -> Vec<Vec<Complex64>> {
                 .for_each(|(s, k)| *s -= share * k);
         }
         let own = norm(&shape);
-        // Rounding alone is no shape.
+        // Rounding errors alone are no shape.
         if own > 1e-6 * whole {
             shape.iter_mut().for_each(|s| *s /= own);
             shapes.push(shape);
@@ -126,7 +127,7 @@ mod tests {
             "{least:e} {:?}",
             &change[1..58]
         );
-        // The plain difference is larger at rest than the echo's motion makes it.
+        // The plain difference at rest is larger than that of the echo in motion.
         let difference = |m: usize| {
             let value = |k: usize| radargram.samples.at(k).re;
             let (before, after) = ((m - 1) * n as usize, (m + 1) * n as usize);

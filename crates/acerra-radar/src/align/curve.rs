@@ -11,12 +11,12 @@ pub struct LikelihoodCurve {
     pub log_likelihood: Vec<f64>,
 }
 
-/// A stretch of offsets that are all likely.
+/// An interval of offsets that are all likely.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mode {
     /// Index of the most likely offset.
     pub peak: usize,
-    /// First and last index of the stretch.
+    /// First and last index of the interval.
     pub ends: [usize; 2],
 }
 
@@ -50,7 +50,7 @@ impl LikelihoodCurve {
             .unwrap_or(0)
     }
 
-    /// How much of the offsets is likely, s: the integral of the likelihood over its maximum.
+    /// Width of the likely offsets, s: the integral of the likelihood over its maximum.
     pub(super) fn likely_s(&self) -> f64 {
         let (_, best) = self.best();
         let over_best = self.log_likelihood.iter().map(|l| (l - best).exp());
@@ -73,8 +73,8 @@ impl LikelihoodCurve {
         self.offset_s(peak) + fraction * self.step_s
     }
 
-    /// Standard deviation of the offset about a peak, s, as the second moment of the likelihood
-    /// over the stretch about it; never below what the grid resolves.
+    /// Standard deviation of the offset about a peak, s, as the second moment of the likelihood over the
+    /// interval about it; never below the grid's resolution.
     pub(super) fn sigma_s(&self, mode: Mode) -> f64 {
         let top = self.log_likelihood[mode.peak];
         let centre = self.vertex_s(mode.peak);
@@ -99,9 +99,9 @@ impl LikelihoodCurve {
         }
     }
 
-    /// Peaks within `margin` of the best, the most likely first, each with the stretch about it
-    /// that is within three standard deviations (a log-likelihood of 4.5). Peaks nearer to a
-    /// stretch than `apart_s` belong to it.
+    /// Peaks within `margin` of the best, the most likely first, each with the interval about it within three
+    /// standard deviations (a log-likelihood of 4.5). Peaks nearer to an interval than `apart_s` belong to
+    /// it.
     pub(super) fn modes(&self, margin: f64, apart_s: f64) -> Vec<Mode> {
         /// Log-likelihood three standard deviations from a peak.
         const STRETCH: f64 = 4.5;

@@ -1,9 +1,9 @@
-//! Following echoes through a radargram without knowing the height.
+//! Following echoes through a radargram with unknown heights.
 //!
-//! The strongest continuous ridges of the envelope are found one after another by dynamic
-//! programming (Viterbi): each may move from trace to trace as fast as the platform climbs. What
-//! stays put (direct coupling and its tail) is taken away first by subtracting the mean trace.
-//! The height determines which of the ridges is the surface.
+//! The strongest continuous ridges of the envelope are found one after another by dynamic programming
+//! (Viterbi): each may move from trace to trace as fast as the platform climbs. Constant signals (direct
+//! coupling and its tail) are removed first by subtracting the mean trace. The height determines which of the
+//! ridges is the surface.
 
 use rayon::prelude::*;
 
@@ -17,19 +17,19 @@ use acerra_control::Control;
 const RIDGES: usize = 4;
 /// Spacing of fast time on which ridges are followed, s: a quarter of an envelope's width.
 const CELL_S: f64 = 0.12e-9;
-/// Distance from a ridge within which the next one is not looked for, s.
+/// Distance from a ridge within which the next one is not searched, s.
 const APART_S: f64 = 1e-9;
 /// Envelope over the trace's median from which a pick counts.
 const PRESENT: f64 = 2.5;
-/// Envelope over the trace's median beyond which more makes no difference, for ridges in the trace
-/// (few strong scatterers must not draw a path away from an echo that is always there)…
+/// Envelope over the trace's median at which it is clipped, for ridges in the trace (few strong scatterers
+/// must not draw a path away from an echo that is always present)…
 const STRONG: f32 = 30.0;
 /// …or, tried as well, only here.
 const STRONGEST: f32 = 1000.0;
-/// Standard deviation of picks over two seconds below which the echo stands still, s (3 mm): it
-/// says nothing about the offset, and may be coupling.
+/// Standard deviation of picks over two seconds below which the echo is constant, s (3 mm): a constant echo
+/// does not depend on the offset, and may be coupling.
 const STILL_S: f64 = 0.02e-9;
-/// Time over which an echo stands still or does not, s.
+/// Time over which an echo is constant or not, s.
 const STILL_WINDOW_S: f64 = 2.0;
 
 /// One echo followed over slow time.
@@ -43,14 +43,14 @@ pub(super) struct Ridge {
     pub envelope: Vec<f64>,
 }
 
-/// Where echoes are looked for.
+/// Search interval of echoes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search {
     /// First and last fast time, s.
     pub window_s: [f64; 2],
-    /// How fast echoes move: seconds of fast time in a second.
+    /// Largest rate of echoes: seconds of fast time in a second.
     pub rate: f64,
-    /// Traces that take part at most, evenly spread.
+    /// Largest number of traces used, evenly spread.
     pub traces: usize,
 }
 
@@ -94,8 +94,8 @@ pub(super) fn ridges(
         let mut found = Vec::new();
         for _ in 0..RIDGES {
             let path = follow(&gain, climb, control)?;
-            // A pick in what changes is free of the coupling; one in the raw trace is free of what
-            // the mean takes from an echo that hardly moves. Both are tried.
+            // A pick in the trace less its constant part is free of the coupling; a pick in the raw trace is
+            // free of the loss that subtracting the mean causes to a nearly constant echo. Both are tried.
             for envelope in [&changing, &raw] {
                 let ridge = envelope.picks(&part, &path, cell).without_still_parts();
                 if ridge.time_s.len() >= 20 {
@@ -177,7 +177,7 @@ impl Envelope {
         };
         for (m, &at) in path.iter().enumerate() {
             let row = &self.rows[m];
-            // The largest sample of the cell and the two beside it.
+            // The largest sample of the cell and its two neighbours.
             let from = (at * cell).saturating_sub(cell).min(row.len() - 1);
             let to = ((at + 2) * cell).clamp(from + 1, row.len());
             let top = (from..to)
@@ -213,7 +213,7 @@ impl Ridge {
         }
     }
 
-    /// Drops the picks about which the echo stands still.
+    /// Drops the picks about which the echo is constant.
     fn without_still_parts(self) -> Self {
         let n = self.time_s.len();
         let (mut first, mut end) = (0, 0);
@@ -249,8 +249,8 @@ struct Gain {
 }
 
 impl Gain {
-    /// The gain over what each fast time has in the median of the traces: what coupling leaves
-    /// everywhere goes, and so does an echo that stays in place for half of the record.
+    /// The gain relative to the median of each fast time over the traces: residues of coupling are removed,
+    /// and so is an echo that is constant for half of the record.
     fn over_columns(&self) -> Self {
         let cells = self.rows.first().map_or(0, Vec::len);
         let floor: Vec<f32> = (0..cells)
@@ -280,7 +280,7 @@ impl Gain {
         }
     }
 
-    /// Takes away what lies within `apart` cells of a path.
+    /// Removes the cells within `apart` cells of a path.
     fn clear_about(&mut self, path: &[usize], apart: usize) {
         for (row, &at) in self.rows.iter_mut().zip(path) {
             let end = (at + apart + 1).min(row.len());
@@ -289,7 +289,7 @@ impl Gain {
     }
 }
 
-/// How far a ridge may move from one trace to the next, in cells, and what it costs.
+/// Largest movement of a ridge from one trace to the next, in cells, and its cost.
 #[derive(Clone, Copy)]
 struct Climb {
     /// At most a hundred.
@@ -337,7 +337,7 @@ impl Climb {
 /// The largest of each value and those before it, `count` in all.
 fn largest_of_last(mut values: Vec<f32>, count: usize) -> Vec<f32> {
     let mut wider = values.clone();
-    // The largest of twice as many is that of two stretches.
+    // The largest of twice as many values is that of two spans.
     let mut width = 1;
     while width < count.min(values.len()) {
         let step = width.min(count - width);

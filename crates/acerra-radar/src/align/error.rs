@@ -1,10 +1,10 @@
-//! Why no clock offset can be given.
+//! Reasons why no clock offset can be estimated.
 
 use thiserror::Error;
 
 use acerra_control::Cancelled;
 
-/// Why no offset could be found.
+/// Why no offset was found.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AlignError {
@@ -32,10 +32,10 @@ pub enum AlignError {
         /// Which curve.
         what: &'static str,
     },
-    /// No offset at which the two overlap enough.
+    /// The curves overlap too little at every offset.
     #[error(
-        "no offset within {from_s} to {to_s} s lets {percent:.0} % of the radar traces fall \
-         within the trajectory"
+        "at no offset within {from_s} to {to_s} s do {percent:.0} % of the radar traces fall within the \
+         trajectory"
     )]
     NoOverlap {
         /// Smallest offset tried, s.
@@ -53,23 +53,23 @@ pub enum AlignError {
         /// The range, s.
         range_s: f64,
     },
-    /// A range of delays that is no interval.
-    #[error("delays from {from_s:e} to {to_s:e} s are no interval")]
+    /// A range of delays that is not an interval.
+    #[error("delays from {from_s:e} to {to_s:e} s are not an interval")]
     DelayRange {
         /// Smallest delay, s.
         from_s: f64,
         /// Largest delay, s.
         to_s: f64,
     },
-    /// No cue says anything about the offset.
+    /// No cue depends on the offset.
     #[error(
         "nothing in the radargram follows the flight: no echo moves with the height and the \
-         change from trace to trace is not that of the speed (do the logs belong together?)"
+         change from trace to trace does not follow the speed (do the logs belong together?)"
     )]
     NoCue,
     /// The likelihood is so wide that any offset within it would be a guess.
     #[error(
-        "height and speed change too little to tell the offset: anything within {from_s:.2} to \
+        "height and speed change too little to determine the offset: anything within {from_s:.2} to \
          {to_s:.2} s agrees with the data (best {best_s:.3} s)"
     )]
     Vague {
@@ -95,9 +95,9 @@ pub enum AlignError {
         /// Difference needed.
         needed: f64,
     },
-    /// Two cues that are each sure contradict each other.
+    /// Two cues, each certain, contradict each other.
     #[error(
-        "the cues contradict each other: height says {height_s:.3} ± {height_sigma_s:.3} s, \
+        "the cues contradict each other: height gives {height_s:.3} ± {height_sigma_s:.3} s, \
          sharpness {sharpness_s:.3} ± {sharpness_sigma_s:.3} s"
     )]
     Contradiction {

@@ -1,4 +1,4 @@
-//! The offset by all cues together: stated with its standard deviation, or refused.
+//! The offset by all cues together: estimated with its standard deviation, or refused.
 
 use super::curve::{LikelihoodCurve, Mode};
 use super::echo::{Search, ridges};
@@ -12,50 +12,50 @@ use super::{AlignError, FlightProfile, activity};
 use crate::radargram::Radargram;
 use acerra_control::Control;
 
-/// Products of picks and offsets that are evaluated at most in one pass.
+/// Largest number of products of picks and offsets in one pass.
 const LARGEST_PASS: usize = 40_000_000;
-/// Traces that take part at most: more add little to an offset.
+/// Largest number of traces used: further ones hardly change an offset.
 const TRACES: usize = 2000;
 /// Offsets tried at most.
 const MOST_OFFSETS: f64 = 2e6;
-/// Standard deviation that images are allowed to narrow down, in those that are stated.
+/// Share of a stated standard deviation to which images may narrow it.
 const VAGUE_BEFORE: f64 = 5.0;
-/// Images that likely offsets may need, in those that the caller allows by default.
+/// Share of the images that the caller allows by default which likely offsets may need.
 const MOST_TIMES: usize = 3;
-/// Candidates that images are made of.
+/// Largest number of candidates that are imaged.
 const MOST_CANDIDATES: usize = 5;
-/// Images that are made where few do not decide; an image takes some milliseconds.
+/// Number of images where few do not decide; an image takes some milliseconds.
 const MOST_IMAGES: f64 = 1000.0;
-/// Spacing of these images in steps of the few, and how far about a candidate they reach at least, s.
+/// Spacing of these images relative to the steps of the few, and their least reach about a candidate, s.
 const SCAN_STEPS: f64 = 2.0;
 const LEAST_SCAN_S: f64 = 0.5;
-/// Likely offsets nearer to each other than this are one, s.
+/// Distance below which likely offsets count as one, s.
 const APART_S: f64 = 0.1;
 
-/// What is known of the offset before, from wall-clock stamps.
+/// Prior of the offset, from wall-clock stamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClockPrior {
     /// Expected offset, s.
     pub offset_s: f64,
-    /// Standard deviation of it, s.
+    /// Standard deviation of the prior, s.
     pub sigma_s: f64,
 }
 
-/// How an offset is estimated.
+/// Parameters of the estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct OffsetOptions {
     /// Smallest and largest offset, s; `None` tries all at which the logs overlap enough.
     pub range_s: Option<[f64; 2]>,
-    /// What wall-clock stamps say.
+    /// Prior by wall-clock stamps.
     pub prior: Option<ClockPrior>,
     /// Share of the radar's time that must fall within the trajectory's.
     pub overlap: f64,
     /// Fast times at which range may be zero, s.
     pub delay_range_s: [f64; 2],
-    /// Log-likelihood by which the best offset must surpass every other one.
+    /// Log-likelihood by which the best offset must exceed every other one.
     pub margin: f64,
-    /// Largest standard deviation of an offset that is stated, s.
+    /// Largest accepted standard deviation of an offset, s.
     pub max_sigma_s: f64,
 }
 
@@ -75,21 +75,21 @@ impl Default for OffsetOptions {
 }
 
 impl OffsetOptions {
-    /// The same within a range of offsets, s.
+    /// These parameters within a range of offsets, s.
     #[must_use]
     pub const fn within(mut self, range_s: [f64; 2]) -> Self {
         self.range_s = Some(range_s);
         self
     }
 
-    /// The same with what wall-clock stamps say.
+    /// These parameters with a prior by wall-clock stamps.
     #[must_use]
     pub const fn with_prior(mut self, prior: ClockPrior) -> Self {
         self.prior = Some(prior);
         self
     }
 
-    /// The same with a delay that is known to lie within an interval, s.
+    /// These parameters with a delay that is known to lie within an interval, s.
     #[must_use]
     pub const fn with_delay_range_s(mut self, delay_range_s: [f64; 2]) -> Self {
         self.delay_range_s = delay_range_s;
@@ -97,10 +97,10 @@ impl OffsetOptions {
     }
 }
 
-/// A stretch of offsets that agrees with the data.
+/// An interval of offsets that agrees with the data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Most likely offset of the stretch, s.
+    /// Most likely offset of the interval, s.
     pub offset_s: f64,
     /// Standard deviation about it, s.
     pub sigma_s: f64,
@@ -108,13 +108,13 @@ pub struct Candidate {
     pub below_best: f64,
 }
 
-/// What height and motion say of every offset.
+/// Likelihood of every offset by height and motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OffsetLikelihood {
     /// The height cue of the echo that is the surface by all cues together; none where no echo
     /// follows the height.
     pub height: Option<HeightCue>,
-    /// The motion cue; none where nothing changes.
+    /// The motion cue; none where the radargram or the motion never changes.
     pub motion: Option<MotionCue>,
     /// Sum of the cues' log-likelihoods and the prior's.
     pub total: LikelihoodCurve,
@@ -123,15 +123,15 @@ pub struct OffsetLikelihood {
     options: OffsetOptions,
 }
 
-/// The offset, and what it rests on.
+/// The offset, and the evidence for it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OffsetEstimate {
     /// Trajectory time − radar time, s.
     pub offset_s: f64,
     /// Its standard deviation, s.
     pub sigma_s: f64,
-    /// The most likely other offset, s, and the log-likelihood by which it is surpassed; none where
-    /// every other offset tried is out of the question.
+    /// The most likely other offset, s, and the log-likelihood by which the best exceeds it; none where every
+    /// other offset tried is excluded.
     pub second: Option<(f64, f64)>,
     /// Fast time at which range is zero by the surface echo, s, and its standard deviation; none
     /// where no echo follows the height.
@@ -147,7 +147,7 @@ pub struct OffsetEstimate {
 /// is the raw one, of all traces: background and fast-time zero as recorded.
 ///
 /// # Errors
-/// If the logs never overlap enough, no cue speaks, or the caller cancels.
+/// If the logs never overlap enough, no cue depends on the offset, or the caller cancels.
 pub fn offset_likelihood(
     radargram: &Radargram,
     profile: &FlightProfile,
@@ -243,7 +243,7 @@ fn grid(
     })
 }
 
-/// The change about each trace, averaged to at most so many values.
+/// The change about each trace, averaged to a largest number of values.
 fn thinned_change(radargram: &Radargram, most: usize) -> (Vec<f64>, Vec<f64>) {
     let change = activity(radargram);
     let size = change.len().div_ceil(most.max(1)).max(1);
@@ -287,8 +287,8 @@ fn combined(
     }
 }
 
-/// A cue that may have nothing to do with the flight (another echo, a change that is not motion):
-/// then every offset is as likely as without the cue. A strong cue stays as it is.
+/// A cue that may be unrelated to the flight (another echo, a change that is not motion): in that case every
+/// offset is as likely as without the cue. A strong cue is nearly unchanged.
 fn perhaps_unrelated(curve: &LikelihoodCurve, evidence: f64) -> LikelihoodCurve {
     let (_, best) = curve.best();
     let log_likelihood = curve
@@ -307,7 +307,7 @@ fn perhaps_unrelated(curve: &LikelihoodCurve, evidence: f64) -> LikelihoodCurve 
 }
 
 impl OffsetLikelihood {
-    /// What was known before, where the likelihood was narrowed by it.
+    /// The prior, where it narrowed the likelihood.
     #[must_use]
     pub const fn prior(&self) -> Option<ClockPrior> {
         self.options.prior
@@ -316,7 +316,7 @@ impl OffsetLikelihood {
     /// The offset by height and motion alone.
     ///
     /// # Errors
-    /// [`AlignError::Vague`] if too wide a stretch of offsets agrees with the data,
+    /// [`AlignError::Vague`] if too wide an interval of offsets agrees with the data,
     /// [`AlignError::Ambiguous`] if two do.
     pub fn decide(&self) -> Result<OffsetEstimate, AlignError> {
         self.check_sigma(&self.candidates[0], 1.0)?;
@@ -326,19 +326,19 @@ impl OffsetLikelihood {
 
     /// The offset by height, motion and the sharpness of images.
     ///
-    /// `score` is called with the rising offsets about each candidate and answers, for each offset, one positive score
-    /// for each independent part of the data (a sub-aperture, a target): the larger, the sharper; the
-    /// brightest pixel over the median one is good. An offset without scores is left out. Images are
-    /// scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard deviations
-    /// to each side of every candidate as far as `most` of them allow, two at least, for which there may be
-    /// three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
+    /// `score` is called with the rising offsets about each candidate and returns, for each offset, one
+    /// positive score for each independent part of the data (a sub-aperture, a target), larger for sharper
+    /// images, such as the brightest pixel over the median one. An offset without scores is left out. Images
+    /// are scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard
+    /// deviations to each side of every candidate as far as `most` of them allow, two at least, for which
+    /// there may be three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
     ///
-    /// `common_sigma_s` is the deviation of sharpness that all parts have in common, so that their scatter
-    /// does not show it: what attitudes that nobody recorded make of the phase centre.
+    /// `common_sigma_s` is the deviation of sharpness common to all parts, which their scatter does not show:
+    /// the motion of the phase centre by unrecorded attitudes.
     ///
     /// # Errors
-    /// As [`Self::decide`] after sharpness has spoken, [`AlignError::Contradiction`] if it disagrees
-    /// with height and motion by more than five standard deviations, and what `score` returns.
+    /// As [`Self::decide`] with sharpness included, [`AlignError::Contradiction`] if sharpness disagrees with
+    /// height and motion by more than five standard deviations, and errors of `score`.
     pub fn decide_with<E: From<AlignError>>(
         &self,
         step_s: f64,
@@ -359,8 +359,8 @@ impl OffsetLikelihood {
         }
     }
 
-    /// The offset by images over all of the stretches that height and motion leave; none where these need too many
-    /// images, or where the posterior is wider than what may be stated.
+    /// The offset by images over all intervals that height and motion leave; none where these need too many
+    /// images, or where the posterior is wider than accepted.
     fn by_many_images<E>(
         &self,
         step_s: f64,
@@ -433,7 +433,7 @@ impl OffsetLikelihood {
         }
         let tried = &self.candidates[..self.candidates.len().min(MOST_CANDIDATES)];
         let each = most / tried.len();
-        // Candidates whose stretches need more images than their share get them, as long as all need no more
+        // Candidates whose intervals need more images than their share get them, as long as all need no more
         // than a few times `most`.
         let needed: usize = tried.iter().map(|c| least_images(c.sigma_s, step_s)).sum();
         if needed > MOST_TIMES * most {
@@ -455,7 +455,7 @@ impl OffsetLikelihood {
             });
             judged.push((*candidate, cue));
         }
-        // Between candidates the sharper image counts: amplitudes of a coherent peak.
+        // Between candidates the sharper image decides: amplitudes of a coherent peak.
         let top = |cue: &Option<SharpnessCue>| {
             let cue = cue.as_ref()?;
             let values = cue.log_score.iter().map(|p| p.1);
@@ -470,7 +470,7 @@ impl OffsetLikelihood {
         };
         judged.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
         let best = worth(&judged[0]);
-        // Stretches whose sharpest images are made at one offset are one answer: a narrow peak on a wide one.
+        // Intervals whose sharpest images are at one offset are one answer: a narrow peak on a wide one.
         let sharpest_s = judged[0].1.as_ref().map(|cue| cue.offset_s);
         let is_same = |cue: &Option<SharpnessCue>| {
             let pair = sharpest_s.zip(cue.as_ref());
@@ -552,7 +552,7 @@ impl OffsetLikelihood {
             offset_s = (a * offset_s + b * cue.offset_s) / (a + b);
             sigma_s = (a + b).sqrt().recip();
         }
-        // The best of what lies outside the stretch about the offset taken.
+        // The best offset outside the interval about the accepted one.
         let near_s = 5.0 * best.sigma_s + APART_S;
         let (_, top) = self.total.best();
         let second = (0..self.total.log_likelihood.len())

@@ -1,11 +1,10 @@
 //! The height cue: the surface echo's fast time against 2h/c of the trajectory.
 //!
-//! For an offset τ and a delay d each pick p(t) leaves a residual p(t) − 2h(t+τ)/c − d. Residuals
-//! are modelled as a mixture: the surface, with a normal error of standard deviation s, or anything
-//! else, with a constant density over the window. The delay is the one at which most residuals
-//! agree; s and the share of strays are estimated from the data. The log-likelihood is divided by
-//! the correlation length of the residuals, so that errors that last (GNSS heights, drift) are not
-//! taken for many.
+//! For an offset τ and a delay d each pick p(t) leaves a residual p(t) − 2h(t+τ)/c − d. Residuals are
+//! modelled as a mixture: the surface, with a normal error of standard deviation s, or a stray, with a
+//! constant density over the window. The delay is the one at which most residuals agree; s and the share of
+//! strays are estimated from the data. The log-likelihood is divided by the correlation length of the
+//! residuals, so that lasting errors (GNSS heights, drift) do not count as many independent ones.
 
 use rayon::prelude::*;
 
@@ -16,7 +15,7 @@ use super::{AlignError, FlightProfile};
 use crate::quality::median;
 use acerra_control::Control;
 
-/// What residuals are taken for at first: an error of 3 cm, every fifth a stray.
+/// Initial model of the residuals: an error of 3 cm, every fifth a stray.
 const TYPICAL: Mixture = Mixture {
     sigma_s: 0.2e-9,
     stray_share: 0.2,
@@ -27,19 +26,20 @@ const TYPICAL: Mixture = Mixture {
 const MOST_STRAYS: f64 = 0.5;
 /// Evidence from which an echo is beyond doubt: odds of 400 to 1.
 const BEYOND_DOUBT: f64 = 6.0;
-/// The same of an echo that follows the height in a part of the flight only: the part may be chosen by chance, too.
+/// This evidence for an echo that follows the height in a part of the flight only: the part may be chosen by
+/// chance, too.
 const OF_A_PART: f64 = 2.0 * BEYOND_DOUBT;
-/// Offsets nearer to each other than this are one, s.
+/// Distance below which offsets count as one, s.
 const ONE_OFFSET_S: f64 = 0.1;
-/// Logarithm of the odds against an echo being the surface before it speaks.
+/// Logarithm of the prior odds against an echo being the surface.
 const DOUBT: f64 = 4.0;
-/// How often the error is estimated again at the most likely offset, at most.
+/// Largest number of re-estimates of the error at the most likely offset.
 const REFITS: usize = 2;
 /// Iterations of the expectation maximisation at most, and the relative change at which it has converged.
 const MOST_ITERATIONS: usize = 20;
 const CONVERGED: f64 = 1e-3;
-/// Picks of a ridge by which offsets out of the question are recognised: their log-likelihoods scatter by a few
-/// units about those of all picks.
+/// Picks of a ridge by which excluded offsets are recognised: their log-likelihoods scatter by a few units
+/// about those of all picks.
 const SAMPLE: usize = 500;
 /// Spacing of the coarse grid of offsets, in steps of the fine one.
 const COARSE: f64 = 4.0;
@@ -52,21 +52,20 @@ const KEPT: usize = 6;
 const LEAST_S: f64 = 0.01e-9;
 /// Largest standard deviation of a residual, s (10 cm): the surface is flatter than that.
 const MOST_S: f64 = 0.7e-9;
-/// Standard deviation of errors of the height that last as long as its changes do, s (1.5 mm): the
-/// lever arm under tilt, and what else cannot be determined from a few independent residuals.
+/// Standard deviation of errors of the height that last as long as its changes do, s (1.5 mm): the lever arm
+/// under tilt, and other errors that a few independent residuals cannot show.
 const LASTING_ERROR_S: f64 = 0.01e-9;
-/// Width of a cell in which residuals are counted to find the delay, s.
+/// Width of a cell of the histogram of residuals by which the delay is found, s.
 const CELL_S: f64 = 0.1e-9;
 
-/// What the surface echo says of the offset.
+/// Likelihood of the offset by the surface echo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeightCue {
     /// Log-likelihood of each offset.
     pub curve: LikelihoodCurve,
     /// Most likely offset by this cue alone, s.
     pub offset_s: f64,
-    /// Fast time at which range is zero, s, at the most likely offset: what the echo is late by
-    /// against 2h/c.
+    /// Fast time at which range is zero, s, at the most likely offset: the delay of the echo after 2h/c.
     pub delay_s: f64,
     /// Standard deviation of the delay, s (the height's own error is not in it).
     pub delay_sigma_s: f64,
@@ -78,15 +77,15 @@ pub struct HeightCue {
     pub(super) strays_about: f64,
     /// Picks that take part.
     pub picks: usize,
-    /// Picks that are worth one independent one.
+    /// Number of picks that are equivalent to one independent pick.
     pub correlation_length: f64,
     /// Deviation of the offset by errors of the heights that no scatter about the echo shows, as
-    /// [stated](FlightProfile::with_stated_error_m), s; the curve leaves it out.
+    /// [stated](FlightProfile::with_stated_error_m), s; it is not part of the curve.
     pub stated_sigma_s: f64,
     /// Log-likelihood of the most likely offset over an echo that ignores the height, less the
     /// logarithm of the number of independent offsets that motion leaves and a general doubt of 4.
     pub evidence: f64,
-    /// The same without regard to errors that last: for choosing among echoes.
+    /// This evidence without errors that last: for choosing among echoes.
     pub(super) preference: f64,
     /// Median envelope of the picks that are the surface, in units of the samples.
     pub(super) envelope: f64,
@@ -103,8 +102,8 @@ pub(super) struct Grid {
 
 /// The cues of the echoes that follow the height best, the best first.
 ///
-/// All ridges are tried on a coarse grid, the best few on the whole one. `likely_s` is how much of the offsets the
-/// other cues leave.
+/// All ridges are tried on a coarse grid, the best few on the whole one. `likely_s` is the width of the
+/// offsets that the other cues leave.
 pub(super) fn height_cues(
     ridges: &[Ridge],
     profile: &FlightProfile,
@@ -160,7 +159,7 @@ pub(super) fn height_cues(
     Ok(cues)
 }
 
-/// Whether cues give offsets that are [one](ONE_OFFSET_S).
+/// Whether cues give [one](ONE_OFFSET_S) offset.
 fn are_near<'a>(cues: impl Iterator<Item = &'a HeightCue>) -> bool {
     let (low_s, high_s) = cues.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), cue| {
         (low.min(cue.offset_s), high.max(cue.offset_s))
@@ -209,15 +208,15 @@ struct Fit<'a> {
     grid: Grid,
 }
 
-/// A likelihood that leaves some offsets out of the question.
+/// A likelihood that excludes some offsets.
 struct Rough {
     /// Log-likelihoods over `length`.
     curve: LikelihoodCurve,
-    /// Picks that are worth one independent one.
+    /// Number of picks that are equivalent to one independent pick.
     length: f64,
 }
 
-/// The residuals that are the surface's, and what they are worth.
+/// The residuals of the surface, and their information.
 struct Surface {
     residual_s: Vec<f64>,
     envelope: Vec<f64>,
@@ -227,9 +226,10 @@ struct Surface {
     strays_about: f64,
     /// Picks over which residuals are correlated.
     lasting: f64,
-    /// Variance of what few independent residuals estimate, over that of many (Student).
+    /// Variance of the estimate from few independent residuals, over that from many (Student).
     few: f64,
-    /// Picks that are worth one independent one: by the residuals alone, and with the heights' lasting errors.
+    /// Picks that are equivalent to one independent pick: by the residuals alone, and with the heights'
+    /// lasting errors.
     own_length: f64,
     length: f64,
 }
@@ -289,7 +289,7 @@ fn strays_about(time_s: &[f64], is_surface: impl Fn(usize) -> bool) -> f64 {
 }
 
 impl Fit<'_> {
-    /// Tries an error, then the one that the residuals at the most likely offset have.
+    /// Tries an error, then the error of the residuals at the most likely offset.
     fn cue(
         &self,
         start: Mixture,
@@ -356,7 +356,7 @@ impl Fit<'_> {
         Ok(Rough { curve, length })
     }
 
-    /// Log-likelihoods of the offsets that a rough likelihood leaves; of the others, the rough ones.
+    /// Log-likelihoods of the offsets that a rough likelihood leaves; the rough ones for the others.
     fn curve(
         &self,
         mixture: Mixture,
@@ -377,7 +377,7 @@ impl Fit<'_> {
         })
     }
 
-    /// Log-likelihoods of the offsets that are in question.
+    /// Log-likelihoods of the offsets that are not excluded.
     fn curve_where(
         &self,
         is_in_question: impl Fn(usize) -> bool + Sync,
@@ -401,7 +401,7 @@ impl Fit<'_> {
             .collect()
     }
 
-    /// How far a likelihood on both sides of each offset is below its best.
+    /// Depth of a likelihood below its best on both sides of each offset.
     fn below_best_of(&self, curve: &LikelihoodCurve) -> Vec<f64> {
         let log_likelihood = &curve.log_likelihood;
         let best = log_likelihood[curve.peak()];
@@ -425,8 +425,8 @@ impl Fit<'_> {
         let stray = mixture.stray_share * self.stray_density();
         let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
         let density = |r: f64, d: f64| height * bell((r - d) / mixture.sigma_s);
-        // Beyond the reach of the bell a residual is a stray and nothing else. Each of two estimates of the delay is
-        // a mean of residuals within that reach of the one before.
+        // Beyond the reach of the bell a residual is a stray. Each of two estimates of the delay is a mean of
+        // residuals within that reach of the previous estimate.
         let reach_s = 3.0 * BELL_REACH * mixture.sigma_s;
         let near: Vec<f64> = residuals
             .iter()
@@ -491,7 +491,7 @@ impl Fit<'_> {
         surface / (surface + mixture.stray_share * self.stray_density())
     }
 
-    /// The residuals that are the surface's at an offset and a delay (s).
+    /// The residuals of the surface at an offset and a delay (s).
     fn surface(
         &self,
         residuals: &[f64],
@@ -521,11 +521,12 @@ impl Fit<'_> {
         let independent = independent.max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
         let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
-        // Errors that last longer than the rate does are the same all through it: they last as long as it, at most.
+        // Errors that last longer than the rate does are constant throughout it: their duration is limited to
+        // that of the rate.
         let scatter =
             (lasting.min(correlation_length(&rate))).max(variance_inflation(&residual_s, &rate));
         let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
-        // Heights that err for long leave the echo the surface's, but not the offset sharp.
+        // Heights that err for long leave the echo recognised as the surface's, but not the offset sharp.
         let own_length = length_with(LASTING_ERROR_S);
         let length = length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
         Surface {
@@ -540,7 +541,7 @@ impl Fit<'_> {
         }
     }
 
-    /// Scales the curve by the correlation of the residuals at its peak, and sums up.
+    /// Scales the curve by the correlation of the residuals at its peak, and summarises it.
     fn judged(&self, mut curve: LikelihoodCurve, mixture: Mixture) -> HeightCue {
         let (offset_s, _) = curve.best();
         let residuals = self.residuals_s(offset_s);

@@ -1,4 +1,4 @@
-//! Finding the offset between the radar's and the trajectory's clock from the data alone.
+//! Estimation of the offset between the radar's and the trajectory's clock from the data alone.
 //!
 //! ```text
 //! Radargram ──┬─ echoes ─► height cue ──┐
@@ -7,15 +7,15 @@
 //! images scored by the caller ─► sharpness cue ───┘ decide_with
 //! ```
 //!
-//! - *Height*: the fast time of the surface echo against 2h/c. Take-off, climbs, descents and the
-//!   slow wander of straight flight all count. The delay at which range is zero is estimated with
-//!   it.
+//! - *Height*: the fast time of the surface echo against 2h/c. Take-off, climbs, descents and the slow wander
+//!   of straight flight all contribute. The delay at which range is zero is estimated together with the
+//!   offset.
 //! - *Motion*: the radargram changes from trace to trace when the platform moves.
 //! - *Sharpness*: images formed at candidate offsets, scored by the caller.
 //!
-//! Each cue is a log-likelihood over the whole range of offsets, with its noise and the noise's
-//! correlation in time estimated from the data. An offset is stated only if no other one agrees with
-//! the data; a flight at constant height and speed is refused.
+//! Each cue is a log-likelihood over the whole range of offsets, with its noise and the noise's correlation
+//! in time estimated from the data. An offset is accepted only if no other one agrees with the data; a flight
+//! at constant height and speed is refused.
 //!
 //! ```
 //! use acerra_radar::align::{FlightProfile, FlightState, OffsetOptions, offset_likelihood};

@@ -1,12 +1,12 @@
-//! The motion cue: change of the radargram against the platform's speed.
+//! The motion cue: change of the radargram compared with the platform's speed.
 //!
-//! The logarithm of the change from trace to trace is taken to be normal about a level, with a
-//! spread, that depend on the class of speed, from rest to fast; or a stray, distributed as all traces
-//! are: close to the ground a platform that hardly moves changes much. While the platform stands the
-//! spread is small (noise alone), so many moving traces among standing ones are unlikely. An offset's
-//! log-likelihood is what the classes explain over one class for all, over the correlation length of
-//! what they leave. Only starts and halts distinguish one offset from another, so a record without any says
-//! nothing, and each is worth a limited amount.
+//! The logarithm of the change from trace to trace is modelled as normal, with a level and a spread that
+//! depend on the class of speed, from rest to fast; or as a stray, distributed as all traces are: close to
+//! the ground a slow platform can change the radargram much. At rest the spread is small (noise alone), so
+//! that many moving traces among traces at rest are unlikely. An offset's log-likelihood is the gain by the
+//! classes over one class for all, over the correlation length of the residuals. Only starts and halts
+//! distinguish offsets, so that a record without them gives no likelihood, and the contribution of each is
+//! limited.
 
 use rayon::prelude::*;
 
@@ -22,26 +22,27 @@ use acerra_control::Control;
 /// the time; the first class is at rest.
 const CLASS_ENDS: [f64; 3] = [AT_REST, 0.4, 0.75];
 const CLASSES: usize = CLASS_ENDS.len() + 1;
-/// Traces' worth of the overall variance that every class is given: small classes prove nothing.
+/// Number of traces with the overall variance added to every class: small classes prove nothing.
 const PRIOR_TRACES: f64 = 3.0;
-/// Share of the traces whose change is not that of their class.
+/// Share of the traces whose change does not follow their class.
 const STRAY_SHARE: f64 = 0.2;
-/// Standard deviations beyond which a residual is worth no more.
+/// Standard deviations at which residuals are clipped.
 const CLIPPED: f64 = 3.0;
-/// Offsets that far apart count as independent trials, each of which may fit by chance, s.
+/// Distance at which offsets count as independent trials, each of which may fit by chance, s.
 const INDEPENDENT_S: f64 = 0.5;
-/// Log-likelihood that one start or halt is worth at most: what is in view changes the radargram,
-/// too, and can look like a start.
+/// Largest log-likelihood by one start or halt: changes of the scenery in view change the radargram, too, and
+/// can look like a start.
 const MOST_PER_TRANSITION: f64 = 8.0;
 
 /// Spacing of the coarse grid of offsets, in steps of the fine one: closer than traces are to one another.
 const COARSE: usize = 4;
-/// Share of the largest log-likelihood by which an offset of the coarse grid may be below it and still be in question.
+/// Share of the largest log-likelihood by which an offset of the coarse grid may be below it without being
+/// excluded.
 const IN_QUESTION: f64 = 0.4;
 /// Largest likelihood ratio of a trace, so that the product of four is finite.
 const LARGEST_RATIO: f64 = 1e70;
 
-/// What the change from trace to trace says of the offset.
+/// Likelihood of the offset by the change from trace to trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionCue {
     /// Log-likelihood of each offset.
@@ -50,7 +51,7 @@ pub struct MotionCue {
     pub offset_s: f64,
     /// Share of the change's variance that the classes of speed explain there.
     pub explained: f64,
-    /// Traces that are worth one independent one.
+    /// Number of traces that are equivalent to one independent trace.
     pub correlation_length: f64,
     /// Starts and halts within the record, at that offset.
     pub transitions: usize,
@@ -184,8 +185,8 @@ impl<'a> Fit<'a> {
         })
     }
 
-    /// What the classes explain at every offset: between those of a coarse grid by straight lines, where these leave
-    /// them out of the question.
+    /// Explained change at every offset: interpolated linearly between those of a coarse grid, where these
+    /// exclude the offset.
     fn over(&self, grid: Grid, control: Control<'_>) -> Result<Vec<f64>, AlignError> {
         let at = |offsets: Vec<usize>| {
             let each = offsets.into_par_iter().map(|k| {
@@ -215,8 +216,7 @@ impl<'a> Fit<'a> {
         Ok(all)
     }
 
-    /// What the classes explain; 0 where the change falls with the speed. Traces without a speed
-    /// stay unexplained.
+    /// Explained change; 0 where the change falls with the speed. Traces without a speed stay unexplained.
     fn log_likelihood(&self, offset_s: f64) -> f64 {
         let class_of = self.class_of_traces(offset_s);
         let classes = self.classes(&class_of);
@@ -242,7 +242,7 @@ impl<'a> Fit<'a> {
             Some(STRAY_SHARE + (1.0 - STRAY_SHARE) * ratio.min(LARGEST_RATIO))
         };
         let ratios: Vec<f64> = (0..self.level.len()).filter_map(over_stray).collect();
-        // Multiplied a few at a time before the logarithm: none is below the share of strays.
+        // Multiplied a few at a time before the logarithm: no factor is below the share of strays.
         let sum: f64 = ratios
             .chunks(4)
             .map(|few| few.iter().product::<f64>().ln())
@@ -250,7 +250,7 @@ impl<'a> Fit<'a> {
         sum.max(0.0)
     }
 
-    /// What the classes leave, in standard deviations, [no more](CLIPPED) of strays.
+    /// Residuals of the classes, in standard deviations, [clipped](CLIPPED) for strays.
     fn residuals(&self, offset_s: f64) -> Vec<f64> {
         let class_of = self.class_of_traces(offset_s);
         let classes = self.classes(&class_of);
@@ -264,7 +264,7 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Normal density about zero, but for the constant.
+/// Normal density about zero, without its constant.
 fn normal(x: f64, variance: f64) -> f64 {
     (-0.5 * x * x / variance).exp() / variance.sqrt()
 }
@@ -275,7 +275,8 @@ mod tests {
     use super::super::FlightState;
     use super::*;
 
-    /// Stands until 20 s, climbs, hovers from 26 to 30 s, flies until 48 s, hovers, descends, stands from 58 s to 76 s.
+    /// At rest until 20 s, climbs, hovers from 26 to 30 s, flies until 48 s, hovers, descends, at rest from
+    /// 58 s to 76 s.
     fn speed_m_s(t: f64) -> f64 {
         match t {
             t if (20.0..26.0).contains(&t) || (52.0..58.0).contains(&t) => 2.0,
@@ -321,7 +322,8 @@ mod tests {
         let found = motion_cue(change, &profile, grid, Control::default());
         let found = found.unwrap().unwrap();
         assert!(found.offset_s.abs() < 0.3, "{}", found.offset_s);
-        // Likely offsets have their own value, and no line between two of the coarse grid makes another one likely.
+        // Likely offsets have their own value, and linear interpolation of the coarse grid makes no other
+        // offset likely.
         let fit = Fit::new(change.0, change.1, &profile).unwrap();
         let over = fit.over(grid, Control::default()).unwrap();
         let likely = 0.7 * over.iter().copied().fold(0.0, f64::max);
@@ -330,7 +332,7 @@ mod tests {
             let is_same = (value - own).abs() < 1e-9;
             assert!(own.max(*value) < likely || is_same, "{k}: {value} {own}");
         }
-        // Any other offset is out of the question.
+        // Any other offset is excluded.
         let far = (0..grid.count)
             .filter(|k| found.curve.offset_s(*k).abs() > 4.0)
             .map(|k| found.curve.log_likelihood[k]);

@@ -1,4 +1,4 @@
-//! Noise that is correlated in time: how many independent samples a series is worth.
+//! Noise that is correlated in time: the number of independent samples in a series.
 
 /// Autocorrelation of a series (mean removed) at lags 0, 1, …, up to a quarter of its length and
 /// not beyond the first lag at which it is no longer positive.
@@ -17,14 +17,13 @@ pub(super) fn autocorrelation(values: &[f64]) -> Vec<f64> {
         if rho <= 0.0 {
             break;
         }
-        // Unbiased by the number of pairs that takes part.
+        // Unbiased by the number of pairs used.
         out.push((rho * n as f64 / (n - lag) as f64).min(1.0));
     }
     out
 }
 
-/// Samples of `values` that carry as much as one independent sample (Bartlett): 1 + 2 Σ ρ(k), at
-/// least 1.
+/// Samples of `values` with the information of one independent sample (Bartlett): 1 + 2 Σ ρ(k), at least 1.
 pub(crate) fn correlation_length(values: &[f64]) -> f64 {
     1.0 + 2.0 * autocorrelation(values)[1..].iter().sum::<f64>()
 }
@@ -39,9 +38,9 @@ pub(super) fn spread_correlation_length(values: &[f64]) -> f64 {
             .sum::<f64>()
 }
 
-/// Factor by which noise that lasts as long as a regressor raises the variance of what is fitted to
-/// it, over that of white noise of the same size: the variance of means over the regressor's
-/// correlation length, against what white noise would leave of it. At least 1.
+/// Factor by which noise that lasts as long as a regressor raises the variance of a fit, relative to white
+/// noise of equal variance: the variance of means over the regressor's correlation length, relative to that
+/// of means of white noise. At least 1.
 ///
 /// Autocorrelations of the residual alone miss a small slow part under much white noise; means over
 /// blocks do not.
@@ -58,7 +57,7 @@ pub(super) fn variance_inflation(residual: &[f64], regressor: &[f64]) -> f64 {
         .map(|w| w.iter().sum::<f64>() / length as f64 - mean)
         .collect();
     let of_means = blocks.iter().map(|b| b * b).sum::<f64>() / blocks.len() as f64;
-    // Means over n/length blocks about their own mean: one degree of freedom is gone.
+    // Means over n/length blocks about their own mean: one degree of freedom is used.
     let count = n as f64 / length as f64;
     (length as f64 * of_means / power * count / (count - 1.0)).max(1.0)
 }

@@ -25,14 +25,14 @@ impl Default for OffsetSearch {
 }
 
 impl OffsetSearch {
-    /// The same within a range of offsets, s.
+    /// These parameters within a range of offsets, s.
     #[must_use]
     pub const fn within(mut self, range_s: [f64; 2]) -> Self {
         self.range_s = Some(range_s);
         self
     }
 
-    /// The same with another step, s.
+    /// These parameters with another step, s.
     #[must_use]
     pub const fn with_step_s(mut self, step_s: f64) -> Self {
         self.step_s = step_s;
@@ -49,8 +49,7 @@ pub struct CoarseOffset {
     pub correlation: f64,
     /// Largest correlation of another peak: one outside the main peak's own flanks. −1 if none.
     pub runner_up: f64,
-    /// How sure the offset is, 0 to 1: correlation above the runner-up, as a share of what is
-    /// possible above it.
+    /// Confidence in the offset, 0 to 1: correlation above the runner-up, as a share of the possible margin.
     pub confidence: f64,
     /// Offsets about the best one within which the correlation stays within 1 % of its maximum, s.
     pub interval_s: [f64; 2],
@@ -184,7 +183,7 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
         vv += (v - mv).powi(2);
         av += (a - ma) * (v - mv);
     }
-    // The offset may leave only a stretch in which nothing moves.
+    // The offset may leave only an interval without motion.
     if aa <= 0.0 || vv <= 0.0 {
         0.0
     } else {

@@ -5,14 +5,14 @@ use crate::constants::two_way_delay_s;
 
 /// Most samples of a profile.
 const LONGEST: f64 = 4e6;
-/// How much faster than its rate an echo is followed.
+/// Ratio of the largest followed rate of an echo to its rate.
 pub(super) const REACH: f64 = 2.0;
-/// Share of the platform's fast speed below which it stands.
+/// Share of the platform's fast speed below which it is at rest.
 pub(super) const AT_REST: f64 = 0.1;
-/// Time for which a start or halt must last, s.
+/// Least duration of a start or halt, s.
 const LASTING_S: f64 = 0.5;
 
-/// What the trajectory says of one instant.
+/// Height and speed of the trajectory at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightState {
     /// Height of the radar's phase centre above the surface, m.
@@ -93,39 +93,39 @@ impl FlightProfile {
         &self.speed_m_s
     }
 
-    /// The same with heights that err by a standard deviation (m) for as long as their changes last, as those
-    /// of positions without fixed ambiguities do: no scatter about the echoes shows such an error.
+    /// This profile with heights that err by a standard deviation (m) for as long as their changes last, as
+    /// those of positions without fixed ambiguities do: no scatter about the echoes shows such an error.
     #[must_use]
     pub fn with_lasting_error_m(mut self, lasting_error_m: f64) -> Self {
         self.lasting_error_m = lasting_error_m.max(0.0);
         self
     }
 
-    /// The same with heights that are stated to err by a standard deviation (m), for as long as a climb
-    /// lasts at worst. It is reported with the offset
-    /// ([`HeightCue::stated_sigma_s`](super::HeightCue::stated_sigma_s)) and does not weigh in it.
+    /// This profile with heights that are stated to err by a standard deviation (m), for as long as a climb
+    /// lasts at worst. The error is reported with the offset
+    /// ([`HeightCue::stated_sigma_s`](super::HeightCue::stated_sigma_s)) without an effect on its likelihood.
     #[must_use]
     pub fn with_stated_error_m(mut self, stated_error_m: f64) -> Self {
         self.stated_error_m = stated_error_m.max(0.0);
         self
     }
 
-    /// What heights are stated to err by, as a delay, s.
+    /// Stated error of the heights, as a delay, s.
     pub(super) fn stated_error_s(&self) -> f64 {
         two_way_delay_s(self.stated_error_m)
     }
 
-    /// What heights err by for as long as their changes last, as a delay, s.
+    /// Error of the heights that lasts as long as their changes, as a delay, s.
     pub(super) fn lasting_error_s(&self) -> f64 {
         two_way_delay_s(self.lasting_error_m)
     }
 
-    /// The same with heights smoothed by local parabolas over `half_window_s` to each side (less beside
-    /// gaps and at the ends). Noise of the positions that changes from fix to fix goes; motion whose
-    /// acceleration changes evenly over the window stays as it is, and nothing is shifted in time.
+    /// This profile with heights smoothed by local parabolas over `half_window_s` to each side (less next to
+    /// gaps and at the ends). Noise of the positions that changes from fix to fix is reduced; motion whose
+    /// acceleration changes evenly over the window is unchanged, without a shift in time.
     ///
-    /// An offset is where the heights fit best, and noise of the heights fits the noise of the echoes
-    /// best somewhere by chance: the rate of the noise against that of the flight is the error.
+    /// The offset is where the heights fit best, and noise of the heights fits the noise of the echoes best
+    /// at some offset by chance: the error is the ratio of the noise's rate to the flight's.
     ///
     /// ```
     /// use acerra_radar::align::{FlightProfile, FlightState};
@@ -158,8 +158,8 @@ impl FlightProfile {
         self
     }
 
-    /// How often the platform starts or halts between the first and the last of some times (s, rising),
-    /// for half a second or more. Times without a position say nothing.
+    /// Number of starts and halts of the platform between the first and the last of some times (s, rising),
+    /// for half a second or more. Times without a position are skipped.
     #[must_use]
     pub fn starts_and_halts(&self, time_s: impl IntoIterator<Item = f64>) -> usize {
         let Some(fast_m_s) = self.fast_speed_m_s() else {
@@ -213,8 +213,8 @@ impl FlightProfile {
         (low <= high).then_some([low, high])
     }
 
-    /// Rate of change of 2h/c at which echoes are followed, s/s: what is exceeded in one twentieth of the
-    /// time. Of a platform that stands so long that its climbs are [beyond reach](REACH) of that, what is
+    /// Rate of change of 2h/c at which echoes are followed, s/s: the rate exceeded in one twentieth of the
+    /// time. For a platform at rest so long that its climbs are [beyond reach](REACH) of that rate, the rate
     /// exceeded in one twentieth of the height flown up and down.
     pub(super) fn fast_echo_rate(&self) -> f64 {
         let mut rates: Vec<f64> = self
@@ -243,7 +243,7 @@ impl FlightProfile {
 /// Spacing of samples, s: an acceleration of 5 m/s² bends a path by 0.25 mm over it.
 pub(super) const STEP_S: f64 = 0.02;
 
-/// Longest window that heights are smoothed over to each side, s.
+/// Longest half window for smoothing heights, s.
 const LONGEST_WINDOW_S: f64 = 5.0;
 
 /// Weights of 2m + 1 even samples that give the value in the middle of their least-squares parabola
@@ -291,7 +291,7 @@ mod tests {
             let off_s = smooth.echo_delay_s(t) - two_way_delay_s(climb(t));
             assert!(off_s.abs() < 1e-13, "{t}: {off_s}");
         }
-        // Every sample its own error of a metre's delay.
+        // Each sample has an independent error of a metre's delay.
         let noise = |t: f64| 5.0 + f64::from((t * 50.0).round() as i32 % 2);
         let smooth = profile(|t| Some(noise(t))).smoothed(0.7);
         let off_s = smooth.echo_delay_s(10.0) - two_way_delay_s(5.5);

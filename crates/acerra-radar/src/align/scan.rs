@@ -1,24 +1,25 @@
-//! The posterior of the offset by images over every stretch that height and motion leave, where few images do not
-//! decide.
+//! The posterior of the offset by images over every interval that height and motion leave, where few images
+//! do not decide.
 //!
-//! The sharpness of an image at a wrong offset scatters about what such images have in common; at the right one it is
-//! an outlier. How likely an image is to be the right offset's therefore goes by the distance of its score (the mean
-//! over parts of ln) from the median over the stretch, in deviations z of that stretch: it is exp(z²/2) times as likely
-//! as by chance, over as many chances as there are images. The right image may also be no sharper than the others, as on a
-//! circle, which an offset turns: then every offset is as likely as before.
+//! The sharpness of images at wrong offsets scatters about a common level; at the right offset it is an
+//! outlier. The likelihood that an image is at the right offset therefore depends on the distance of its
+//! score (the mean over parts of ln) from the median over the interval, in deviations z of the interval: it
+//! is exp(z²/2) times as likely as by chance, divided by the number of images. The right image may also be no
+//! sharper than the others, as on a circle, which an offset rotates: then every offset is as likely as
+//! before.
 
 use super::sharpness::{Scored, SharpnessCue};
 
-/// Images of a stretch below which what they have in common is unknown.
+/// Images of an interval below which the common level is unknown.
 const LEAST_IMAGES: usize = 40;
 /// Standard deviation of a normal distribution over its median distance from the median.
 const SIGMA_OF_MEDIAN: f64 = 1.4826;
 /// Reach of the images about the sharpest one that give its offset, s.
 const NEAR_S: f64 = 0.15;
 
-/// Images of one stretch of offsets, of the same parts.
+/// Images of one interval of offsets, of the same parts.
 pub(super) struct Scan {
-    /// Index of the candidate that the stretch belongs to.
+    /// Index of the candidate that the interval belongs to.
     pub candidate: usize,
     /// Offset (s) and one score for each part.
     pub scores: Vec<(f64, Vec<f64>)>,
@@ -33,7 +34,7 @@ pub(super) struct Likely {
 }
 
 impl Scan {
-    /// Whether the images are enough to know what they have in common, and all of the same parts.
+    /// Whether the number of images suffices for the common level, and all are of the same parts.
     fn is_sound(&self) -> bool {
         let parts = self.scores.first().map_or(0, |(_, scores)| scores.len());
         let is_whole = |scores: &[f64]| {

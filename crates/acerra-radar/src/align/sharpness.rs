@@ -7,8 +7,8 @@ pub struct SharpnessCue {
     pub log_score: Vec<(f64, f64)>,
     /// Sharpest offset, s, between those tried by a parabola.
     pub offset_s: f64,
-    /// Standard deviation of it, s: how far the parts' own sharpest offsets scatter, or, with one
-    /// part alone, half the width at which its score has fallen by 3 dB.
+    /// Standard deviation of it, s: the scatter of the parts' own sharpest offsets, or, with one part alone,
+    /// half the width at which its score has fallen by 3 dB.
     pub sigma_s: f64,
     /// Parts that were scored separately.
     pub parts: usize,
@@ -21,8 +21,8 @@ pub(super) struct Scored {
 }
 
 impl Scored {
-    /// The sharpest offset of one stretch; none where the score peaks at an end of it (no peak), or
-    /// scores are missing.
+    /// The sharpest offset of one interval; none where the score peaks at an end of it (no peak), or scores
+    /// are missing.
     pub fn cue(mut self) -> Option<SharpnessCue> {
         self.scores.sort_by(|a, b| a.0.total_cmp(&b.0));
         let parts = self.scores.first()?.1.len();
@@ -93,18 +93,18 @@ fn peak(curve: &[(f64, f64)]) -> Option<(f64, f64)> {
     Some((offset_s, width_s))
 }
 
-/// Images to each side of a stretch that so many of its standard deviations take.
+/// Images to each side of an interval for a number of its standard deviations.
 fn images_aside(sigmas: f64, sigma_s: f64, step_s: f64) -> f64 {
     (sigmas * sigma_s / step_s).ceil().max(4.0)
 }
 
-/// Images that a stretch needs at least: two standard deviations to each side.
+/// Least number of images of an interval: two standard deviations to each side.
 pub(super) fn least_images(sigma_s: f64, step_s: f64) -> usize {
     2 * images_aside(2.0, sigma_s, step_s) as usize + 1
 }
 
-/// Offsets at which one stretch is scored: `step_s` apart, four standard deviations to each side as far as
-/// `most` allow, and two at least.
+/// Offsets at which one interval is scored: `step_s` apart, four standard deviations to each side as far as
+/// `most` allow, and at least two.
 pub(super) fn offsets_about(centre_s: f64, sigma_s: f64, step_s: f64, most: usize) -> Vec<f64> {
     let aside = |sigmas: f64| images_aside(sigmas, sigma_s, step_s);
     let half = aside(4.0).min((most as f64 / 2.0).floor().max(aside(2.0)));

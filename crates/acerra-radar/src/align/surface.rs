@@ -2,10 +2,10 @@
 
 use super::height::HeightCue;
 
-/// An echo this close to a stronger one that moves with it is its side lobe, s: a band of 1.7 GHz has five lobes of
-/// 0.6 ns there.
+/// Distance below which an echo that moves with a stronger one is its side lobe, s: a band of 1.7 GHz has
+/// five lobes of 0.6 ns there.
 const LOBES_S: f64 = 3e-9;
-/// Offsets of echoes that move together, s.
+/// Largest difference of the offsets of echoes that move together, s.
 const SAME_OFFSET_S: f64 = 0.1;
 
 /// The echo that is the surface at an offset, by all cues together: the one that fits best, or a stronger one within

@@ -1,4 +1,4 @@
-//! Removing what does not change from trace to trace: antenna coupling above all (paper §2).
+//! Removal of signals that are constant from trace to trace: mainly antenna coupling (paper §2).
 
 use std::fmt;
 use std::ops::Range;
@@ -14,16 +14,15 @@ use crate::radargram::Radargram;
 use crate::value::{InPlace, Shape, Value, in_place};
 use acerra_control::{Cancelled, Control};
 
-/// Ways of estimating the background. It is estimated over the traces of the radargram given:
-/// select traces first.
+/// Ways of estimating the background over all traces of the radargram: select traces first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Background {
-    /// The mean of all traces (the paper's).
+    /// The mean of all traces, as in the paper.
     #[default]
     Mean,
     /// The median of all traces, sample by sample: strong targets leave no shadow.
     Median,
-    /// The mean of the traces about each trace, of its own line: follows a background that drifts.
+    /// The mean of the traces of the same line about each trace: follows a background that drifts.
     Sliding {
         /// Traces in the window (an even number counts as the next odd one).
         window: usize,
@@ -37,7 +36,7 @@ pub enum Background {
     None,
 }
 
-/// As in messages: `mean`, `median`, `none`, `window 51`, `components 2`; [`FromStr`] reads it.
+/// As in messages: `mean`, `median`, `none`, `window 51`, `components 2`; [`FromStr`] reads this form.
 impl fmt::Display for Background {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -106,10 +105,10 @@ pub fn remove_background(
     remove_background_with(radargram, background, from_ref(&line), Control::default())
 }
 
-/// Removes the background as [`remove_background`] does from traces of several lines, stopped on request.
+/// Removes the background as [`remove_background`] does from traces of several lines; can be cancelled.
 ///
-/// `lines` are ranges of the traces, one after another. A sliding window ends where its line does; the other ways take
-/// what all traces have in common, on whatever line.
+/// `lines` are ranges of the traces, one after another. A sliding window ends at the ends of its line; the
+/// other methods use the traces of all lines together.
 ///
 /// # Errors
 /// As [`remove_background`], and [`CleanError::Cancelled`].
@@ -239,7 +238,7 @@ impl InPlace for Median<'_> {
     }
 }
 
-/// Median of values that are then in another order.
+/// Median of values, which are reordered.
 pub(super) fn median_of(values: &mut [f64]) -> f64 {
     let (middle, odd) = (values.len() / 2, values.len() % 2 == 1);
     let (below, &mut upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);

@@ -1,8 +1,8 @@
-//! What removing the background leaves of an echo.
+//! Share of an echo that remains after background removal.
 //!
-//! The mean and the mean of a window act on the traces alone, alike at every fast time and frequency: what
-//! is left of an echo h (one complex number a trace) is (I − P)h. An image that sums the echoes of a point
-//! in phase keeps the share hᴴ(I − P)h / hᴴh of its amplitude.
+//! The mean and the mean of a window combine traces in the same way at every fast time and frequency: an echo
+//! h (one complex number a trace) becomes (I − P)h. An image that sums the echoes of a point in phase keeps
+//! the share hᴴ(I − P)h / hᴴh of its amplitude.
 
 use std::ops::Range;
 
@@ -10,14 +10,14 @@ use num_complex::Complex64;
 
 use super::background::Background;
 
-/// The removal of a background, as it acts on the echo of a point.
+/// Background removal as an operator on the echo of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BackgroundGain {
     /// Nothing is removed.
     None,
-    /// The mean of all traces is.
+    /// The mean of all traces.
     Mean,
-    /// The mean of the traces about each trace is.
+    /// The mean of the traces about each trace.
     Sliding {
         /// Traces of the window to either side.
         half: usize,
@@ -25,8 +25,8 @@ pub enum BackgroundGain {
 }
 
 impl BackgroundGain {
-    /// The removal; none of the median, which acts on no echo linearly, and of principal components, which
-    /// depend on all echoes of the traces.
+    /// The operator; none for the median, which is not linear, and for principal components, which depend on
+    /// all echoes of the traces.
     #[must_use]
     pub const fn of(background: Background) -> Option<Self> {
         match background {
@@ -37,8 +37,8 @@ impl BackgroundGain {
         }
     }
 
-    /// Share of its amplitude that an echo, one value a trace, keeps in an image which sums it in phase; none
-    /// where it has no power. `lines` are the ranges of traces at whose ends a sliding window ends.
+    /// Share of its amplitude that an echo, one value a trace, keeps in an image that sums the echo in phase;
+    /// none for an echo without power. `lines` are the ranges of traces at whose ends a sliding window ends.
     ///
     /// ```
     /// use acerra_radar::clean::{Background, BackgroundGain};
@@ -104,7 +104,7 @@ mod tests {
             .collect()
     }
 
-    /// The share kept, by removing the background of traces that hold the echo.
+    /// The share kept, measured by removing the background of traces that hold the echo.
     fn kept_by_removal(background: Background) -> f64 {
         let h = echo();
         let values = h
@@ -143,7 +143,7 @@ mod tests {
         });
         let by_hand = 1.0 - by_hand.sum::<f64>() / TRACES as f64;
         assert!((of_lines - by_hand).abs() < 1e-9, "{of_lines} {by_hand}");
-        // A window of a few traces takes the echo where it changes slowly.
+        // A window of a few traces removes the echo where it changes slowly.
         let short = BackgroundGain::of(Background::Sliding { window: 5 }).unwrap();
         assert!(
             short

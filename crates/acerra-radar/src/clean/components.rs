@@ -1,8 +1,8 @@
 //! Principal components of the traces, by subspace iteration.
 //!
-//! With X the `[traces, samples]` matrix, the strongest left singular vectors U are found by
-//! iterating Q ← orth(X (Xᴴ Q)) on a few more columns than wanted, and a Rayleigh–Ritz step; what
-//! is taken away is U Uᴴ X (Halko, Martinsson, Tropp, SIAM Review 53 (2011), Alg. 4.4).
+//! With X the `[traces, samples]` matrix, the strongest left singular vectors U are found by iterating Q ←
+//! orth(X (Xᴴ Q)) on a few more columns than components, and a Rayleigh–Ritz step; U Uᴴ X is subtracted
+//! (Halko, Martinsson, Tropp, SIAM Review 53 (2011), Alg. 4.4).
 
 use nalgebra::{Complex, DMatrix};
 use num_complex::Complex64;
@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use crate::value::Value;
 use acerra_control::{Cancelled, Control};
 
-/// Columns beyond those wanted, for speed of convergence.
+/// Columns beyond the number of components, for speed of convergence.
 const EXTRA: usize = 6;
 const ITERATIONS: usize = 60;
-/// Relative change of the singular values at which iterating ends.
+/// Relative change of the singular values at which the iteration ends.
 const CONVERGED: f64 = 1e-9;
 
-/// Takes the strongest components out of `[traces, samples per trace]` samples.
+/// Subtracts the strongest components from `[traces, samples per trace]` samples.
 pub(super) fn remove_components<V: Value>(
     samples: &mut [V],
     [traces, n]: [usize; 2],
@@ -68,8 +68,8 @@ fn start(traces: usize, columns: usize) -> Vec<Vec<Complex64>> {
         .collect()
 }
 
-/// Modified Gram–Schmidt, twice; a column that depends on those before becomes zero. Returns the
-/// length of what was new in each column.
+/// Modified Gram–Schmidt, twice; a column that depends linearly on earlier columns becomes zero. Returns the
+/// length of each column's orthogonal part.
 fn orthonormalise(basis: &mut [Vec<Complex64>]) -> Vec<f64> {
     let mut lengths = Vec::with_capacity(basis.len());
     for k in 0..basis.len() {
@@ -128,7 +128,7 @@ fn expand<V: Value>(samples: &[V], n: usize, projected: &[Vec<Complex64>]) -> Ve
         .collect()
 }
 
-/// The `wanted` strongest directions within the basis' span.
+/// The `wanted` strongest directions within the span of the basis.
 fn rayleigh_ritz(
     basis: &[Vec<Complex64>],
     projected: &[Vec<Complex64>],

@@ -8,17 +8,15 @@ use crate::radargram::Radargram;
 
 /// Envelope of every trace, row-major `[traces, samples_per_trace]`.
 ///
-/// For real samples it is the modulus of the analytic signal (negative frequencies removed), with
-/// the record padded so that its ends do not wrap into each other; for complex samples the
-/// modulus.
+/// For real samples: the modulus of the analytic signal (negative frequencies removed), with the record
+/// padded so that its ends do not wrap into each other; for complex samples: the modulus.
 #[must_use]
 pub fn envelope(radargram: &Radargram) -> Vec<f64> {
     envelope_in_band(radargram, None)
 }
 
-/// The same of what lies within a band `[from, to]`, Hz, with raised-cosine edges of a fifth of
-/// its width outside it: noise out of band does not take part. Complex samples are taken as they
-/// are.
+/// The envelope of the signal within a band `[from, to]`, Hz, with raised-cosine edges of a fifth of its
+/// width outside the band. Complex samples are not filtered.
 pub(super) fn envelope_in_band(radargram: &Radargram, band_hz: Option<[f64; 2]>) -> Vec<f64> {
     let n = radargram.samples_per_trace;
     if radargram.samples.is_complex() {
@@ -61,7 +59,7 @@ pub(super) fn envelope_in_band(radargram: &Radargram, band_hz: Option<[f64; 2]>)
     out
 }
 
-/// Weight of a frequency under a band: 1 within it, 0 further than a fifth of its width outside.
+/// Weight of a frequency by a band: 1 within it, 0 further than a fifth of its width outside.
 pub(super) fn in_band(frequency_hz: f64, [from, to]: [f64; 2]) -> f64 {
     let edge = 0.2 * (to - from);
     let outside = (from - frequency_hz).max(frequency_hz - to);

@@ -1,4 +1,4 @@
-//! Filters along fast time: linear, and without delay.
+//! Linear filters along fast time without delay.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -10,10 +10,11 @@ use crate::radargram::Radargram;
 use crate::value::{InPlace, Shape, Value, in_place};
 use acerra_control::Cancelled;
 
-/// Takes off each trace the running mean over a window of fast time: "wow", the slow drift of the receiver after the
-/// direct wave, and any offset. Near the ends of the record the window holds what lies in it.
+/// Subtracts from each trace the running mean over a window of fast time: "wow", the slow drift of the
+/// receiver after the direct wave, and any offset. Near the ends of the record the window is cut at the
+/// record's ends.
 ///
-/// A window of the length of one or two periods of the antenna's frequency keeps its echoes.
+/// A window of one or two periods of the antenna's frequency preserves the antenna's echoes.
 ///
 /// # Errors
 /// A window of fewer than three samples.
@@ -39,11 +40,11 @@ pub fn dewow(mut radargram: Radargram, window_s: f64) -> Result<Radargram, Clean
     Ok(radargram)
 }
 
-/// Keeps what lies within a band of frequencies (Hz): whole within it, none further than a fifth of its width outside,
-/// between them a raised cosine. Complex samples have frequencies from 0 to the sampling rate, as in spectra.
+/// Band-pass filter (Hz): 1 within the band, 0 further than a fifth of its width outside, a raised cosine
+/// between. Complex samples have frequencies from 0 to the sampling rate, as in spectra.
 ///
 /// # Errors
-/// A band that is none, or that reaches beyond the frequencies of the samples.
+/// A band that is empty, or that reaches beyond the frequencies of the samples.
 ///
 /// ```
 /// use acerra_radar::{Radargram, Samples, clean::band_pass};
@@ -102,7 +103,7 @@ impl InPlace for Dewow {
 }
 
 struct BandPass {
-    /// Factor of each frequency of the padded record, the transform's own scale in it.
+    /// Factor of each frequency of the padded record, with the scale of the transform included.
     weight: Vec<f64>,
 }
 
@@ -199,7 +200,7 @@ mod tests {
             let refused = band_pass(one(pulse(9)), band);
             assert!(matches!(refused, Err(CleanError::PassBand { .. })));
         }
-        // A window longer than the record takes the mean of what it reaches.
+        // A window longer than the record averages the record.
         assert!(dewow(one(pulse(9)), 1.0).is_ok());
     }
 }

@@ -1,4 +1,4 @@
-//! Keeping the interval of fast time about the surface echo, 2h/c, trace by trace (paper §2, §4).
+//! Gating: keeping the interval of fast time about the surface echo, 2h/c, trace by trace (paper §2, §4).
 
 use std::f64::consts::PI;
 

@@ -1,8 +1,8 @@
 //! From the raw radargram to spectra: filters along fast time, zero-timing, background removal, gating, transform.
 //!
-//! Each stage is a pure function from one [`Radargram`](crate::Radargram) to the next. Heights are
-//! one number a trace, m; sums are formed in double precision. Stages that can take long on
-//! thousands of traces have a variant that can be stopped (`…_with` a [`Control`](crate::Control)).
+//! Each stage is a pure function from one [`Radargram`](crate::Radargram) to the next. Heights are one number
+//! a trace, m; sums are formed in double precision. Stages that can take long on thousands of traces have a
+//! variant that can be cancelled (`…_with` a [`Control`](crate::Control)).
 
 mod background;
 mod background_gain;
@@ -30,7 +30,7 @@ pub use surface_removal::SurfaceRemoval;
 pub use transform::{spectrum_at, spectrum_at_with, spectrum_by_direct_sum};
 pub use zero_timing::{ZeroTiming, ZeroTimingResult, zero_timing};
 
-/// Why a stage refused its input.
+/// Errors of the processing stages.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CleanError {
@@ -50,7 +50,7 @@ pub enum CleanError {
         /// Its height, m.
         height_m: f64,
     },
-    /// Background removal would leave nothing.
+    /// Background removal would leave no signal.
     #[error("background removal by {method} needs at least {needed} traces, found {traces}")]
     TooFewTraces {
         /// The method.
@@ -60,13 +60,13 @@ pub enum CleanError {
         /// Traces there are.
         traces: usize,
     },
-    /// A sliding window that is no window.
+    /// A sliding window that is too short.
     #[error("a sliding window must hold at least 3 traces, found {window}")]
     Window {
         /// Traces in the window.
         window: usize,
     },
-    /// The number of components is zero or leaves nothing.
+    /// The number of components is zero or equal to the number of traces.
     #[error("principal components to remove must be 1 to {most}, found {components}")]
     Components {
         /// Number found.
@@ -74,7 +74,7 @@ pub enum CleanError {
         /// Largest number possible.
         most: usize,
     },
-    /// A gate that is no interval, or whose edges overlap.
+    /// A gate that is not an interval, or whose edges overlap.
     #[error(
         "a gate must end after it starts and its edges fit in it: [{start_s:e}, {end_s:e}] s, edges of {edge_s:e} s"
     )]
@@ -96,9 +96,10 @@ pub enum CleanError {
         /// Sample spacing, s.
         step_s: f64,
     },
-    /// A band that is none, or beyond what the samples can hold.
+    /// A band that is empty, or that exceeds the frequencies of the samples.
     #[error(
-        "a band must rise within 0 to {limit_hz:e} Hz, as the samples hold, found {} to {} Hz", band_hz[0], band_hz[1]
+        "expected a band of rising frequencies within 0 to {limit_hz:e} Hz, the range of the samples, found \
+         {} to {} Hz", band_hz[0], band_hz[1]
     )]
     PassBand {
         /// Band found, Hz.
@@ -106,7 +107,7 @@ pub enum CleanError {
         /// Limit, Hz.
         limit_hz: f64,
     },
-    /// A frequency outside what the samples can hold.
+    /// A frequency outside the range of the samples.
     #[error(
         "frequency {frequency_hz} Hz is outside what samples every {step_s:e} s hold (below {limit_hz} Hz)"
     )]
@@ -118,7 +119,7 @@ pub enum CleanError {
         /// Limit, Hz.
         limit_hz: f64,
     },
-    /// The window holds nothing of the interval where the surface should be.
+    /// The record ends before, or begins after, the times at which the surface is expected.
     #[error(
         "no surface echo to be expected in the window: fast time {window_start_s:e} to \
          {window_end_s:e} s, surface expected within {expected_start_s:e} to {expected_end_s:e} s"
@@ -133,10 +134,10 @@ pub enum CleanError {
         /// Latest fast time of the surface, s.
         expected_end_s: f64,
     },
-    /// Nothing that follows the height stands out.
+    /// No echo that follows the height is clear enough.
     #[error(
-        "no surface echo found: the best stack along 2h/c stands {contrast_db:.1} dB above the \
-         median, at least {needed_db:.1} dB are needed; give the delay instead"
+        "no surface echo found: the best stack along 2h/c is {contrast_db:.1} dB above the median, at least \
+         {needed_db:.1} dB are needed; give the delay instead"
     )]
     NoSurface {
         /// Contrast found, dB.
@@ -144,7 +145,7 @@ pub enum CleanError {
         /// Contrast needed, dB.
         needed_db: f64,
     },
-    /// A time to the surface that is no number.
+    /// A time to the surface that is not finite.
     #[error("the time to the surface must be finite in every trace, found none in trace {trace}")]
     SurfaceTime {
         /// The trace.

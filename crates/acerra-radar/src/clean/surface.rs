@@ -1,11 +1,11 @@
 //! Finding the surface echo in a raw radargram, given the height of each trace.
 //!
-//! Envelopes are stacked along 2h/c plus a trial delay, by their logarithms; the delay at which the stack
-//! has its highest peak is where the surface lies: it is seen in every trace, a reflector in some. Coupling and its tail stay put while the height changes:
-//! where it changes at all, the stack is formed of what changes from trace to trace, and of the whole traces
-//! where that shows no surface. About that delay the echo is then followed from trace to trace by
-//! dynamic programming, which weighs the envelope against jumps, and refined to a fraction of a
-//! sample.
+//! The logarithms of the envelopes are stacked along 2h/c plus a trial delay. The highest peak of the stack
+//! gives the delay of the surface, since the surface is seen in every trace, a reflector in some. Coupling
+//! and its tail are constant while the height changes: where the height changes at all, the stack is formed
+//! of the traces without their constant part, and of the whole traces where these show no surface. About that
+//! delay the echo is then followed from trace to trace by dynamic programming, which trades the envelope
+//! against jumps, and refined to a fraction of a sample.
 
 use super::background::{Background, median_of, remove_background};
 use super::envelope::envelope_in_band;
@@ -15,28 +15,28 @@ use crate::radargram::Radargram;
 
 /// Contrast of the stack that counts as an echo, dB. A stack of noise alone stays below 2 dB.
 const NEEDED_DB: f64 = 3.0;
-/// Spread of 2h/c above which what stays put can be taken away and still leave some of the
-/// surface: a quarter of a period at 4 GHz.
+/// Spread of 2h/c above which the constant part can be subtracted without removing the surface: a quarter of
+/// a period at 4 GHz.
 const MOVES_S: f64 = 0.06e-9;
 
-/// Where the surface echo is looked for.
+/// Search interval of the surface echo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceOptions {
-    /// Fast time at which range is zero, as far as known, s.
+    /// Approximate fast time at which range is zero, if known, s.
     pub approximate_delay_s: Option<f64>,
-    /// How far the true delay may lie from the approximate one, s.
+    /// Largest distance of the true delay from the approximate one, s.
     pub search_s: f64,
-    /// Range of delays tried when none is known, s.
+    /// Range of delays tried without an approximate delay, s.
     pub unknown_delay_s: [f64; 2],
-    /// How far the echo may stray from 2h/c plus the delay found, s.
+    /// Largest distance of the echo from 2h/c plus the delay found, s.
     pub follow_s: f64,
-    /// Band of the pulse, Hz: noise outside it does not take part. `None` takes all.
+    /// Band of the pulse, Hz: noise outside the band is filtered out. `None` keeps all frequencies.
     pub band_hz: Option<[f64; 2]>,
 }
 
 impl Default for SurfaceOptions {
-    /// Delays of −1 to 20 ns (antenna cables and the radio's own), strays of 1.5 ns (22 cm).
+    /// Delays of −1 to 20 ns (of antenna cables and of the radio), distances of 1.5 ns (22 cm).
     fn default() -> Self {
         Self {
             approximate_delay_s: None,
@@ -49,21 +49,21 @@ impl Default for SurfaceOptions {
 }
 
 impl SurfaceOptions {
-    /// The same about an approximate delay, s.
+    /// This search about an approximate delay, s.
     #[must_use]
     pub const fn with_approximate_delay_s(mut self, approximate_delay_s: f64) -> Self {
         self.approximate_delay_s = Some(approximate_delay_s);
         self
     }
 
-    /// The same with another distance that the echo may stray, s.
+    /// This search with another largest distance of the echo from 2h/c, s.
     #[must_use]
     pub const fn with_follow_s(mut self, follow_s: f64) -> Self {
         self.follow_s = follow_s;
         self
     }
 
-    /// The same with the band of the pulse, Hz.
+    /// This search with the band of the pulse, Hz.
     #[must_use]
     pub const fn with_band_hz(mut self, band_hz: [f64; 2]) -> Self {
         self.band_hz = Some(band_hz);
@@ -94,8 +94,8 @@ pub struct SurfaceTrack {
 /// Follows the surface echo through a radargram whose fast time need not be zero-timed.
 ///
 /// # Errors
-/// If there is not one height a trace, the window does not reach the surface, or no echo that
-/// follows the height stands out.
+/// If there is not one height a trace, the window does not reach the surface, or no echo that follows the
+/// height is clear.
 pub fn track_surface(
     radargram: &Radargram,
     height_m: &[f64],
@@ -112,7 +112,8 @@ pub fn track_surface(
             }
         })
         .collect();
-    // What changes from trace to trace is free of the coupling; where the surface is not in it, the whole traces count.
+    // Traces without their constant part are free of the coupling; where the surface is absent from them, the
+    // whole traces are used.
     let found_in = |part: &Radargram| {
         let envelope = envelope_in_band(part, options.band_hz);
         let section = Section {
@@ -145,8 +146,9 @@ pub fn track_surface(
     })
 }
 
-/// Crests of the envelopes of whole traces at the picks of an echo, which may come from the changing part of the traces
-/// alone and are then shifted by what was subtracted; none where the crest is farther than `within_s` from the pick.
+/// Crests of the envelopes of whole traces at the picks of an echo. Picks may come from traces without their
+/// constant part, and are then shifted by the subtraction. None where the crest is farther than `within_s`
+/// from the pick.
 #[must_use]
 pub fn crests_near(
     radargram: &Radargram,
@@ -167,7 +169,7 @@ pub fn crests_near(
     track.picks.iter().enumerate().map(crest).collect()
 }
 
-/// What changes from trace to trace, where the height changes enough to leave the surface in it.
+/// Traces without their constant part, where the height changes enough to keep the surface.
 fn changing(radargram: &Radargram, surface_s: &[f64]) -> Option<Radargram> {
     let known: Vec<f64> = surface_s
         .iter()
@@ -183,7 +185,7 @@ fn changing(radargram: &Radargram, surface_s: &[f64]) -> Option<Radargram> {
     remove_background(radargram.clone(), Background::Mean).ok()
 }
 
-/// Envelopes with the curve they are looked at along.
+/// Envelopes with the curve along which they are stacked.
 struct Section<'a> {
     radargram: &'a Radargram,
     envelope: &'a [f64],
@@ -246,8 +248,9 @@ impl Section<'_> {
         let log_means: Vec<f64> = stack.iter().map(|s| s.log_mean).collect();
         let median = median_of(&mut means.clone()).max(f64::MIN_POSITIVE);
         let contrast_db = |peak: usize| 20.0 * (means[peak] / median).log10();
-        // The ground is seen in every trace, a reflector in some: the ground's is the highest peak of the logarithms,
-        // which a strong echo in a few traces does not raise. Where the ground itself is seen in few, so is the sum's.
+        // The ground is seen in every trace, a reflector in some: the ground's echo is the highest peak of
+        // the logarithms, which a strong echo in a few traces does not raise. Where the ground itself is seen
+        // in few traces, its echo is the highest peak of the sum.
         let delay = |levels: &[f64]| {
             let peak = highest_peak(levels)?;
             let delay_s = stack[peak].delay_s + step * peak_offset(levels, peak);
@@ -271,8 +274,8 @@ impl Section<'_> {
         let traces: Vec<usize> = (0..self.radargram.traces)
             .filter(|&m| self.at(m, self.surface_s[m] + delay_s).is_some())
             .collect();
-        // Log of the envelope against its largest value in the strip: the same for weak and
-        // strong echoes. A jump costs as much as a loss to 1/e for every 0.1 ns.
+        // Log of the envelope relative to its largest value in the strip: independent of the echo's strength.
+        // A jump costs as much as a loss to 1/e for every 0.1 ns.
         let jump_cost = step / 0.1e-9;
         let reach = ((0.5e-9 / step).ceil() as usize).max(1);
         let mut score = vec![0.0; states];
@@ -344,7 +347,7 @@ struct Stacked {
     log_mean: f64,
 }
 
-/// The highest value that is a peak, not the flank of something outside the range.
+/// The highest value that is a peak, not the flank of a peak outside the range.
 fn highest_peak(levels: &[f64]) -> Option<usize> {
     (1..levels.len() - 1)
         .filter(|&i| levels[i] >= levels[i - 1] && levels[i] >= levels[i + 1])
@@ -365,8 +368,8 @@ fn peak_offset(values: &[f64], i: usize) -> f64 {
     }
 }
 
-/// Vertex of the least-squares parabola through the upper third of a peak: its place in samples
-/// from `i`, and its height. Many samples take part, so noise on one of them does little.
+/// Vertex of the least-squares parabola through the upper third of a peak: its place in samples from `i`, and
+/// its height. Many samples enter the fit, so that noise on one sample has little effect.
 pub(crate) fn crest(values: &[f64], i: usize) -> (f64, f64) {
     const REACH: usize = 64;
     let floor = values[i] * 2.0 / 3.0;
@@ -378,7 +381,7 @@ pub(crate) fn crest(values: &[f64], i: usize) -> (f64, f64) {
         .take_while(above)
         .count();
     let right = values[i + 1..].iter().take(REACH).take_while(above).count();
-    // Symmetric about the peak, so that a neighbouring echo on one side does not draw it there.
+    // Symmetric about the peak, so that a neighbouring echo on one side does not shift the vertex.
     let reach = left.min(right);
     if reach < 2 {
         let fraction = peak_offset(values, i);

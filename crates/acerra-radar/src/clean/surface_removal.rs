@@ -1,11 +1,11 @@
 //! Removing the echo of the surface of the ground, whose distance changes with the antenna's height.
 //!
-//! A trace holds what stays put (coupling between the antennas), the echo of the surface and the scene. At
-//! one frequency the first is the same number a in all traces and the second b·e^{−j2πfτ}, τ the two-way time to
-//! the surface. Both are taken out together: what remains is the part of the traces that is orthogonal to the
-//! vectors 1 and e^{−j2πfτ}. Taking the means one after the other, in one alignment and in the other, leaves the
-//! smeared mean of the first in every trace. Shifts by τ are exact for band-limited traces; a constant
-//! added to τ, such as a delay that is not known, changes nothing.
+//! A trace is the sum of a constant part (coupling between the antennas), the echo of the surface and the
+//! scene. At one frequency the constant part is the same number a in all traces and the surface's echo is
+//! b·e^{−j2πfτ}, τ being the two-way time to the surface. Both are removed together: the part of the traces
+//! orthogonal to the vectors 1 and e^{−j2πfτ} remains. Subtracting one mean after the other, in the two
+//! alignments, would leave the smeared first mean in every trace. Shifts by τ are exact for band-limited
+//! traces; a constant added to τ, such as an unknown delay, has no effect.
 
 use std::f64::consts::TAU;
 
@@ -19,11 +19,11 @@ use crate::radargram::Radargram;
 use crate::value::{InPlace, Shape, Value, in_place};
 use acerra_control::{Cancelled, Control};
 
-/// Smallest share of its length by which the surface's vector differs from the constant one: where the heights
-/// hardly change for a frequency, both are one.
+/// Smallest share of its length by which the surface's vector differs from the constant one: where the
+/// heights hardly change for a frequency, both vectors are equal.
 const APART: f64 = 1e-3;
 
-/// What stays put and the echo of the surface, as they are removed together.
+/// The joint removal of the constant part and the echo of the surface.
 ///
 /// ```
 /// use acerra_radar::clean::SurfaceRemoval;
@@ -40,7 +40,7 @@ pub struct SurfaceRemoval {
 }
 
 impl SurfaceRemoval {
-    /// The removal for the two-way time to the surface of each trace, s, but for a constant.
+    /// The removal for the two-way time to the surface of each trace, s, up to a constant.
     ///
     /// # Errors
     /// Fewer than three traces, or a time that is not finite.
@@ -56,17 +56,17 @@ impl SurfaceRemoval {
         if let Some(trace) = surface_s.iter().position(|t| !t.is_finite()) {
             return Err(CleanError::SurfaceTime { trace });
         }
-        // Counted from the mean: shifts are small, and so is the padding.
+        // Relative to the mean: shifts are small, and so is the padding.
         let mean = surface_s.iter().sum::<f64>() / traces as f64;
         Ok(Self {
             surface_s: surface_s.iter().map(|t| t - mean).collect(),
         })
     }
 
-    /// Subtracts what stays put and the echo of the surface from every trace.
+    /// Subtracts the constant part and the echo of the surface from every trace.
     ///
     /// # Errors
-    /// Another number of traces, and [`CleanError::Cancelled`].
+    /// A number of traces other than that of the times, and [`CleanError::Cancelled`].
     pub fn remove(
         &self,
         mut radargram: Radargram,
@@ -84,8 +84,8 @@ impl SurfaceRemoval {
         Ok(radargram)
     }
 
-    /// Share of its amplitude that an echo, one value a trace at one frequency, keeps in an image which sums it in
-    /// phase; none where it has no power, or another number of traces.
+    /// Share of its amplitude that an echo, one value a trace at one frequency, keeps in an image that sums
+    /// the echo in phase; none for an echo without power, or for a wrong number of traces.
     #[must_use]
     pub fn kept(&self, frequency_hz: f64, echo: &[Complex64]) -> Option<f64> {
         if echo.len() != self.surface_s.len() {
@@ -98,7 +98,7 @@ impl SurfaceRemoval {
             sums.add(*value, Complex64::from_polar(1.0, turns * t));
         }
         let [constant, surface] = sums.fitted(echo.len());
-        // hᴴ P h = a conj(Σ conj(h)) + …: the fitted amplitudes against the sums they were fitted to.
+        // hᴴ P h = a conj(Σ conj(h)) + …: the fitted amplitudes times the sums of the fit.
         let taken = (sums.constant.conj() * constant + sums.surface.conj() * surface).re;
         (power > 0.0).then(|| 1.0 - taken / power)
     }
@@ -109,7 +109,7 @@ impl SurfaceRemoval {
 struct Sums {
     /// Of the values.
     constant: Complex64,
-    /// Of the values times the conjugate of the surface's vector.
+    /// Sum of the values times the conjugate of the surface's vector.
     surface: Complex64,
     /// Of the surface's vector.
     vector: Complex64,
@@ -122,10 +122,10 @@ impl Sums {
         self.vector += vector;
     }
 
-    /// Amplitudes of the constant and of the surface's vector that fit the values best.
+    /// Least-squares amplitudes of the constant vector and the surface's vector.
     fn fitted(&self, traces: usize) -> [Complex64; 2] {
         let count = traces as f64;
-        // What of the surface's vector the constant does not hold: its share of the power.
+        // The part of the surface's vector that is orthogonal to the constant one: its share of the power.
         let apart = 1.0 - (self.vector / count).norm_sqr();
         if apart <= APART * APART {
             return [self.constant / count, Complex64::default()];
@@ -273,12 +273,12 @@ mod tests {
         let remove = |r: Radargram| removal.remove(r, Control::default()).unwrap();
         let alone = remove(traces(clutter));
         let before = power(&traces(clutter));
-        // Single precision of the samples is what is left: 120 dB below.
+        // Single precision of the samples limits the residual: 120 dB below.
         assert!(power(&alone) < 1e-12 * before, "{}", power(&alone) / before);
         let target = |m: usize, t: f64| ricker(t - target_s(m));
         let kept = remove(traces(target));
         let both = remove(traces(|m, t| clutter(m, t) + target(m, t)));
-        // Two directions of 48, of which an echo that is level near its vertex shares more.
+        // Two directions of 48, with which an echo that is level near its vertex overlaps more.
         let ratio = power(&kept) / power(&traces(target));
         assert!(ratio > 0.75, "{ratio}");
         let off: f64 = (0..both.samples.len())

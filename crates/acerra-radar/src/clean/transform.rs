@@ -1,7 +1,7 @@
-//! Spectra at exactly the wanted frequencies, whatever the record's length.
+//! Spectra at exactly the given frequencies, for any record length.
 //!
-//! S(f) = Σₖ x(tₖ) e^{−j2πf tₖ} with tₖ the radargram's own fast time, so an echo at fast time t
-//! has phase e^{−j2πft}, which is e^{−j4πfR/c} once fast time is zero-timed. No scale factor.
+//! S(f) = Σₖ x(tₖ) e^{−j2πf tₖ} with tₖ the radargram's fast time, so that an echo at fast time t has phase
+//! e^{−j2πft}, which is e^{−j4πfR/c} once fast time is zero-timed. No scale factor.
 
 use std::f64::consts::TAU;
 
@@ -39,7 +39,7 @@ pub fn spectrum_at(radargram: &Radargram, frequency_hz: &[f64]) -> Result<Spectr
     spectrum_at_with(radargram, frequency_hz, Control::default())
 }
 
-/// The same, stopped on request.
+/// As [`spectrum_at`]; can be cancelled.
 ///
 /// # Errors
 /// As [`spectrum_at`], and [`CleanError::Cancelled`].
@@ -56,7 +56,7 @@ pub fn spectrum_at_with(
     Ok(finish(radargram, frequency_hz, values))
 }
 
-/// The same by the plain sum in double precision: the reference.
+/// As [`spectrum_at`], by the plain sum in double precision: the reference.
 ///
 /// # Errors
 /// As [`spectrum_at`].

@@ -1,4 +1,4 @@
-//! Zero-timing: making fast time the two-way delay (paper §2).
+//! Zero-timing: fast time becomes the two-way delay (paper §2).
 
 use super::background::median_of;
 use super::surface::{SurfaceOptions, SurfaceTrack, track_surface};
@@ -9,16 +9,15 @@ use crate::radargram::Radargram;
 /// Ways of zero-timing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ZeroTiming {
-    /// The surface echo of the first trace is put at 2h/c (the paper's).
+    /// The surface echo of the first trace is placed at 2h/c, as in the paper.
     FirstTrace(SurfaceOptions),
-    /// The surface echoes of all traces are put at 2h/c in the median: one poor first trace does
-    /// no harm.
+    /// The median of the surface echoes of all traces is placed at 2h/c: one poor first trace has no effect.
     AllTraces(SurfaceOptions),
     /// Fast time is shifted by a given number of seconds.
     Shift(f64),
     /// The delay at which range is zero is known by calibration, s.
     Delay(f64),
-    /// Fast time is left as it is.
+    /// Fast time is unchanged.
     None,
 }
 
@@ -29,11 +28,11 @@ pub struct ZeroTimingResult {
     pub radargram: Radargram,
     /// The shift, s: new fast time = old fast time + shift.
     pub shift_s: f64,
-    /// The surface echo as followed, in the old fast time, where it was looked for.
+    /// The followed surface echo, in the old fast time, where one was searched.
     pub surface: Option<SurfaceTrack>,
     /// Surface echo less 2h/c after the shift, for each trace, s.
     pub residual_s: Vec<Option<f64>>,
-    /// Median of the residuals, s: 0 if the first trace speaks for all.
+    /// Median of the residuals, s: 0 where the first trace alone defines the shift.
     pub median_residual_s: Option<f64>,
     /// Median distance of the residuals from their median, s.
     pub spread_s: Option<f64>,

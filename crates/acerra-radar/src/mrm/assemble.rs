@@ -1,4 +1,4 @@
-//! Putting the messages of a scan together.
+//! Assembling the messages of a scan.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -6,10 +6,10 @@ use super::header::ScanHeader;
 use crate::report::{BlemishKind, Place, ReadReport};
 use crate::scan::Scan;
 
-/// Scans that may be under way at once. Filters interleave up to four scans; the rest is room for
+/// Largest number of scans in progress. Filters interleave up to four scans; the other places are for
 /// messages that overtake each other.
 const UNDER_WAY: usize = 8;
-/// Finished scans remembered, so that a late repetition is not taken for a new scan.
+/// Finished scans remembered, so that a late repetition is not mistaken for a new scan.
 const REMEMBERED: usize = 16;
 
 /// The part of a header that all messages of a scan share.
@@ -45,8 +45,8 @@ impl UnderWay {
     }
 }
 
-/// Collects messages and hands out whole scans in the order in which they began. A scan of which a
-/// message is missing is given up when eight more have begun.
+/// Collects messages and returns whole scans in the order in which they began. A scan of which a message is
+/// missing is given up when eight more have begun.
 #[derive(Default)]
 pub struct ScanAssembler {
     under_way: VecDeque<UnderWay>,
@@ -54,8 +54,7 @@ pub struct ScanAssembler {
 }
 
 impl ScanAssembler {
-    /// Takes a message in, with the offset of its first byte in what is read; whole scans are
-    /// appended to `out`.
+    /// Adds a message, with the offset of its first byte in the input; whole scans are appended to `out`.
     pub fn push(
         &mut self,
         header: &ScanHeader,
@@ -114,14 +113,13 @@ impl ScanAssembler {
         }
     }
 
-    /// Scans of which some messages have come and others are still expected, or that wait for such a
-    /// scan before them.
+    /// Scans with missing messages that are still expected, or scans that wait for an earlier such scan.
     #[must_use]
     pub fn scans_under_way(&self) -> usize {
         self.under_way.len()
     }
 
-    /// Ends the stream: what is whole is handed out, the rest reported.
+    /// Ends the stream: whole scans are returned, incomplete ones reported.
     pub fn end(&mut self, report: &mut ReadReport, out: &mut VecDeque<Scan>) {
         while !self.under_way.is_empty() {
             self.finish_front(self.under_way.len() == 1, report, out);

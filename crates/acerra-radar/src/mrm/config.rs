@@ -79,7 +79,7 @@ impl RadarConfig {
         b
     }
 
-    /// Whether the values are within what the radio accepts.
+    /// Whether the radio accepts the values.
     #[must_use]
     pub fn is_plausible(&self) -> bool {
         self.scan_stop_ps > self.scan_start_ps

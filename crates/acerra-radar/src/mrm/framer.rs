@@ -1,4 +1,4 @@
-//! Cutting a byte stream into messages, and finding the way back after damage.
+//! Cutting a byte stream into messages, and resynchronising after damage.
 
 use std::io::{self, Read};
 
@@ -8,11 +8,11 @@ use super::message::{MessageType, SERIAL_PREFIX};
 use crate::report::{BlemishKind, Place, ReadReport};
 
 const PREFIX_BYTES: usize = 4;
-/// Enough to see a whole message and the beginning of the one behind it.
+/// Enough for a whole message and the beginning of the next.
 const LOOKAHEAD: usize = PREFIX_BYTES + SCAN_MESSAGE_BYTES + PREFIX_BYTES + HEADER_BYTES;
 
-/// Largest modulus of a sample that the radio can send: 2¹⁵ pulses (PII 15) of 16-bit values.
-/// Foreign bytes read as samples surpass it half of the time.
+/// Largest modulus of a sample that the radio can send: 2¹⁵ pulses (PII 15) of 16-bit values. Foreign bytes
+/// read as samples exceed this modulus half of the time.
 const LARGEST_SAMPLE: u32 = 1 << 30;
 
 /// One message cut out of the stream.
@@ -32,7 +32,7 @@ pub(super) enum Message {
     Other(MessageType),
 }
 
-/// What is at a place in the stream.
+/// Kind of record at a place in the stream.
 #[derive(Clone, Copy)]
 enum Start {
     Scan {
@@ -48,24 +48,24 @@ enum Start {
     Nothing,
 }
 
-/// How a stream looks from its beginning.
+/// Kind of stream by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Recognised {
-    /// MRM messages, perhaps behind a configuration or some damage.
+    /// MRM messages, possibly after a configuration or some damage.
     Mrm,
-    /// The same with the bytes of every field swapped; the place of the first such message.
+    /// MRM messages with the bytes of every field swapped; the place of the first such message.
     Swapped(u64),
-    /// A SCAN_INFO message that contradicts itself, and nothing sound near it.
+    /// An inconsistent SCAN_INFO message without a valid one nearby.
     Broken(u64, HeaderFault),
     /// Something else.
     No,
 }
 
-/// Looks for MRM messages in a file's first bytes.
+/// Searches a file's first bytes for MRM messages.
 ///
-/// A sound SCAN_INFO header is evidence anywhere. One that contradicts itself is evidence only
-/// where a capture would have its first message, or where another message follows it: two bytes of
-/// a message type are in any file of some size by chance.
+/// A valid SCAN_INFO header is evidence anywhere. An inconsistent one is evidence only where a capture would
+/// have its first message, or where another message follows: the two bytes of a message type occur by chance
+/// in any file of some size.
 pub(crate) fn recognise(head: &[u8]) -> Recognised {
     let mut broken = None;
     let mut swapped = None;
@@ -73,7 +73,7 @@ pub(crate) fn recognise(head: &[u8]) -> Recognised {
         let is_first = at == 0 || at == CONFIG_BYTES;
         match start_at(&head[at..]) {
             Start::Scan { .. } => return Recognised::Mrm,
-            // A short message alone proves little, but for its place at a file's beginning.
+            // A short message is weak evidence, except at a file's beginning.
             Start::Other { prefix, bytes, .. } if is_first => {
                 let end = at + prefix + bytes;
                 if end == head.len() || head.get(end..).is_some_and(looks_like_start) {
@@ -93,7 +93,7 @@ pub(crate) fn recognise(head: &[u8]) -> Recognised {
         (Some(at), _) => Recognised::Swapped(at),
         (None, Some((at, fault))) => Recognised::Broken(at, fault),
         (None, None) => match head.first_chunk::<CONFIG_BYTES>() {
-            // Only the configuration, or the radio was never started.
+            // Only the configuration: the radio was never started.
             Some(b)
                 if head.len() < CONFIG_BYTES + 8 && RadarConfig::from_bytes(b).is_plausible() =>
             {
@@ -104,8 +104,7 @@ pub(crate) fn recognise(head: &[u8]) -> Recognised {
     }
 }
 
-/// Whether a sound SCAN_INFO header is at one of the two places where a capture has its first
-/// message.
+/// Whether a valid SCAN_INFO header is at one of the two places where a capture has its first message.
 pub(crate) fn begins_with_scan(head: &[u8]) -> bool {
     [0, CONFIG_BYTES].into_iter().any(|at| {
         head.get(at..)
@@ -113,7 +112,7 @@ pub(crate) fn begins_with_scan(head: &[u8]) -> bool {
     })
 }
 
-/// Whether another SCAN_INFO message type is one message length further on.
+/// Whether another SCAN_INFO message type follows at one message length.
 fn followed_by_scan(b: &[u8]) -> bool {
     b.get(SCAN_MESSAGE_BYTES..SCAN_MESSAGE_BYTES + 2)
         .is_some_and(|code| code == MessageType::ScanInfo.code().to_be_bytes())
@@ -157,7 +156,7 @@ fn start_at(b: &[u8]) -> Start {
     }
 }
 
-/// Whether a message may begin here (a weak test, for what follows a whole message).
+/// Whether a message may begin here (a weak test, for bytes after a whole message).
 fn looks_like_start(b: &[u8]) -> bool {
     match start_at(b) {
         Start::Scan { .. } | Start::Other { .. } => true,
@@ -177,7 +176,7 @@ pub(super) struct Framer<R> {
     offset: u64,
     ended: bool,
     first: bool,
-    /// Largest modulus among the samples of messages that were followed by another one.
+    /// Largest modulus among the samples of messages with a message after them.
     largest_sound: Option<u32>,
 }
 
@@ -207,7 +206,7 @@ impl<R: Read> Framer<R> {
         self.offset += bytes as u64;
     }
 
-    /// Makes at least `wanted` bytes available, or all there are.
+    /// Makes at least `wanted` bytes available, or all that remain.
     fn fill(&mut self, wanted: usize) -> io::Result<()> {
         if self.ended || self.rest().len() >= wanted {
             return Ok(());
@@ -282,8 +281,8 @@ impl<R: Read> Framer<R> {
             .then_some(config)
     }
 
-    /// Takes a SCAN_INFO message, unless another one begins inside it (then bytes of it are
-    /// missing, and only what is left of it is skipped) or its samples cannot be samples.
+    /// Reads a SCAN_INFO message. Where another message begins inside it, bytes are missing and the rest is
+    /// skipped; likewise where its samples exceed the radio's range.
     fn take_scan(
         &mut self,
         prefix: usize,
@@ -320,7 +319,7 @@ impl<R: Read> Framer<R> {
                 largest,
             };
             report.add(Place::Byte(self.offset), kind);
-            // What follows the header is not this message: look for the next one in it.
+            // The bytes after the header do not belong to this message: search them for the next one.
             self.advance(first);
             return None;
         }
@@ -336,9 +335,8 @@ impl<R: Read> Framer<R> {
         })
     }
 
-    /// Largest modulus that a message's samples may have. Where no message follows it, foreign
-    /// bytes may be in its place: then it must not surpass sound messages by orders of
-    /// magnitude.
+    /// Largest modulus of a message's samples. Without a message after it, foreign bytes may be in its place:
+    /// then the modulus must not exceed that of valid messages by orders of magnitude.
     fn largest_plausible(&self, sound: bool) -> u32 {
         match self.largest_sound {
             Some(largest) if !sound => largest.saturating_mul(16).min(LARGEST_SAMPLE),
@@ -368,7 +366,7 @@ impl<R: Read> Framer<R> {
         message
     }
 
-    /// Skips to the next sound SCAN_INFO header, or to a prefixed message, or to the end.
+    /// Skips to the next valid SCAN_INFO header, or to a prefixed message, or to the end.
     fn skip_damage(&mut self, report: &mut ReadReport) -> io::Result<()> {
         let (place, mut count) = (Place::Byte(self.offset), 0u64);
         loop {

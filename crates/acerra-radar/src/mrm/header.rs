@@ -30,7 +30,7 @@ pub struct ScanHeader {
     pub scan_stop_ps: i32,
     /// Spacing of samples, bins.
     pub scan_step_bins: u16,
-    /// What the radio did to the samples.
+    /// Filtering by the radio.
     pub filtering: Filtering,
     /// Reserved byte, kept as it is.
     pub reserved_byte: u8,
@@ -48,11 +48,11 @@ pub struct ScanHeader {
     pub messages_total: u16,
 }
 
-/// How a SCAN_INFO header contradicts itself or the limits.
+/// Inconsistencies of a SCAN_INFO header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum HeaderFault {
-    /// Fewer than 52 bytes are there.
+    /// Fewer than 52 bytes.
     Short,
     /// The message type is not SCAN_INFO.
     Type,
@@ -63,12 +63,12 @@ pub enum HeaderFault {
         /// End, ps.
         stop_ps: i32,
     },
-    /// The step is zero or beyond what the radio can do.
+    /// The step is zero or larger than the radio's largest.
     Step {
         /// Step found, bins.
         bins: u16,
     },
-    /// A message holds no samples, or more than it has room for.
+    /// A message without samples, or with more than fit.
     SamplesInMessage {
         /// Number found.
         found: u16,
@@ -130,7 +130,7 @@ impl fmt::Display for HeaderFault {
     }
 }
 
-/// Samples as they are behind a SCAN_INFO header.
+/// Samples after a SCAN_INFO header.
 pub fn samples_in(b: &[u8]) -> impl Iterator<Item = i32> {
     b.chunks_exact(4)
         .map(|c| i32::from_be_bytes([c[0], c[1], c[2], c[3]]))
@@ -146,7 +146,7 @@ impl ScanHeader {
         Self::decode(bytes, false)
     }
 
-    /// Whether the bytes make a sound header when read little-endian: a byte-swapped capture.
+    /// Whether the bytes are a valid header when read little-endian: a byte-swapped capture.
     pub(super) fn is_swapped(b: &[u8]) -> bool {
         b.first_chunk::<HEADER_BYTES>()
             .is_some_and(|b| Self::decode(b, true).is_ok())

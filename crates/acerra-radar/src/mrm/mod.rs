@@ -1,9 +1,8 @@
 //! Captures of the PulsON 400 series: the radio's own MRM messages in a file.
 //!
-//! A capture is a 32-byte configuration and then SCAN_INFO messages, or messages alone, with or
-//! without the serial prefix (0xA5A5 and a length) before each. All fields are big-endian.
-//! A scan longer than 350 samples spans several messages; only scans of which every message is
-//! there are handed on, the others are reported.
+//! A capture is a 32-byte configuration and then SCAN_INFO messages, or messages alone, with or without the
+//! serial prefix (0xA5A5 and a length) before each. All fields are big-endian. A scan longer than 350 samples
+//! spans several messages; only complete scans are returned, incomplete ones are reported.
 
 mod assemble;
 mod config;

@@ -17,13 +17,13 @@ use crate::scan::Scan;
 pub enum MrmItem {
     /// A whole scan.
     Scan(Scan),
-    /// A configuration and where it is.
+    /// A configuration and its place.
     Config(RadarConfig, Place),
-    /// The interval between scans asked of the radio, µs.
+    /// The interval between scans that the radio was set to, µs.
     Interval(u32),
 }
 
-/// Streams whole scans out of a capture, holding a few scans at most.
+/// Streams whole scans from a capture, holding a few scans at most.
 ///
 /// ```
 /// use acerra_radar::{Limits, mrm::MrmReader};
@@ -64,7 +64,7 @@ impl<R: Read> MrmReader<R> {
         &self.report
     }
 
-    /// Bytes taken from the input so far.
+    /// Bytes read from the input.
     #[must_use]
     pub fn offset(&self) -> u64 {
         self.framer.offset()
@@ -73,7 +73,7 @@ impl<R: Read> MrmReader<R> {
     /// The next scan, configuration or interval; `None` at the end.
     ///
     /// # Errors
-    /// If the input fails. Damage is not an error: it is reported and passed over.
+    /// If the input fails. Damage is not an error: damaged bytes are reported and skipped.
     pub fn next_item(&mut self) -> io::Result<Option<MrmItem>> {
         loop {
             if let Some(scan) = self.ready.pop_front() {

@@ -7,10 +7,10 @@ use super::header::{HEADER_BYTES, SAMPLES_PER_MESSAGE, SCAN_MESSAGE_BYTES, ScanH
 use super::message::SERIAL_PREFIX;
 use crate::scan::Scan;
 
-/// What is before each message.
+/// Prefix of each message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Framing {
-    /// Nothing: the bodies as UDP carries them.
+    /// No prefix: bodies as UDP carries them.
     #[default]
     Bare,
     /// 0xA5A5 and the length, as USB and serial links carry them.
@@ -33,7 +33,7 @@ pub struct MrmWriter<W> {
 }
 
 impl<W: Write> MrmWriter<W> {
-    /// A writer; the configuration, if given, goes first.
+    /// A writer; a given configuration is written first.
     ///
     /// # Errors
     /// If the output fails.
@@ -56,7 +56,7 @@ impl<W: Write> MrmWriter<W> {
         Ok(())
     }
 
-    /// Writes one message body behind the framing's prefix.
+    /// Writes one message body after the framing's prefix.
     ///
     /// # Errors
     /// If the output fails or the body is longer than 65 535 bytes.
@@ -70,7 +70,7 @@ impl<W: Write> MrmWriter<W> {
         self.writer.write_all(body)
     }
 
-    /// Flushes and gives the output back.
+    /// Flushes and returns the output.
     ///
     /// # Errors
     /// If the output fails.
@@ -108,7 +108,7 @@ pub fn scan_messages(scan: &Scan) -> io::Result<impl Iterator<Item = [u8; SCAN_M
                 scan_stop_ps: scan.window.stop_ps,
                 scan_step_bins: scan.window.step_bins,
                 filtering: scan.filtering,
-                // Every message of the radios that made the known captures carries a 3 here.
+                // Every message of the radios that made the known captures holds 3 in this field.
                 reserved_byte: 3,
                 antenna_id: scan.antenna_id,
                 operation_mode: scan.operation_mode,

@@ -1,4 +1,4 @@
-//! The neutral radar file: NPZ, so that any radar can be brought.
+//! The neutral radar file: NPZ, for data of any radar.
 //!
 //! | array | shape | meaning |
 //! | --- | --- | --- |
@@ -18,7 +18,7 @@ pub use write::{NpzWriteError, write_npz};
 
 use crate::{radargram::Radargram, spectrum::Spectrum};
 
-/// What a neutral file holds: a radargram to be cleaned, or spectra ready for the adjoint.
+/// Content of a neutral file: a radargram to be cleaned, or spectra ready for the adjoint.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NeutralContent {
     /// From `data` and `fast_time_s`.

@@ -11,18 +11,18 @@ use crate::limits::Limits;
 use crate::radargram::{Radargram, RadargramError, Samples};
 use crate::spectrum::Spectrum;
 
-/// How far a fast time may be from the even axis, as a fraction of the step. At 4.8 GHz and
-/// 61 ps it is 2 mrad of phase.
+/// Largest distance of a fast time from the even axis, as a fraction of the step. At 4.8 GHz and 61 ps it is
+/// 2 mrad of phase.
 pub const FAST_TIME_TOLERANCE: f64 = 1e-3;
 
 /// Why a neutral file could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzError {
-    /// The archive itself is broken.
+    /// The archive itself is damaged.
     #[error("not a readable NPZ archive: {0}")]
     Archive(io::Error),
-    /// An array is there but broken.
+    /// An array is present but damaged.
     #[error("array `{array}`: {source}")]
     Array {
         /// The array's name.
@@ -37,11 +37,11 @@ pub enum NpzError {
         array: &'static str,
         /// Why it is needed.
         because: &'static str,
-        /// Names of the arrays there are.
+        /// Names of the arrays in the archive.
         present: String,
     },
-    /// Both kinds of content are there.
-    #[error("both `data` and `spectrum` are there: keep the one to be imaged")]
+    /// The archive holds both kinds of content.
+    #[error("both `data` and `spectrum` are present: keep the one to be imaged")]
     Ambiguous,
     /// A value is NaN or infinite (or too large for single precision, in `data`).
     #[error("array `{array}`: value at {index:?} is not a finite number")]
@@ -57,7 +57,7 @@ pub enum NpzError {
          {step_s:e} s (tolerance {FAST_TIME_TOLERANCE} steps); resample the data first"
     )]
     UnevenFastTime {
-        /// Index of the value farthest off.
+        /// Index of the value farthest from the axis.
         index: usize,
         /// How far off it is, s.
         off_s: f64,
@@ -81,12 +81,12 @@ impl From<ArchiveError> for NpzError {
 
 /// Reads a neutral NPZ file (see the [module](super)).
 ///
-/// Memory is taken for what the archive's length justifies, not for what a header merely claims; each array is
-/// read up to [`Limits::max_samples`] values and checked against the archive's checksum.
+/// Memory is allocated for as many bytes as the archive's length justifies, whatever a header claims; each
+/// array is read up to [`Limits::max_samples`] values and checked against the archive's checksum.
 ///
 /// # Errors
-/// If the archive or an array is broken, an array is missing or of the wrong shape, fast time is
-/// not even within [`FAST_TIME_TOLERANCE`] of a step, or any number is not finite.
+/// If the archive or an array is damaged, an array is missing or of the wrong shape, fast time is not even
+/// within [`FAST_TIME_TOLERANCE`] of a step, or any number is not finite.
 ///
 /// ```
 /// use acerra_radar::{Limits, NeutralContent, Radargram, Samples, npz};
@@ -115,7 +115,7 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         (false, false) => return Err(missing("data", " (or `spectrum`)")),
         (true, false) => {
             if !has("fast_time_s") {
-                return Err(missing("fast_time_s", " beside `data`"));
+                return Err(missing("fast_time_s", " with `data`"));
             }
             used.extend(["data", "fast_time_s"]);
             let (samples, shape) = read_data(&mut archive, limits)?;
@@ -124,7 +124,7 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         }
         (false, true) => {
             if !has("frequency_hz") {
-                return Err(missing("frequency_hz", " beside `spectrum`"));
+                return Err(missing("frequency_hz", " with `spectrum`"));
             }
             used.extend(["spectrum", "frequency_hz"]);
             let (values, shape) = read_spectrum(&mut archive, limits)?;
@@ -137,8 +137,8 @@ pub fn read_npz(reader: impl Read + Seek, limits: &Limits) -> Result<NeutralFile
         .transpose()?;
     let antennas_m = match (has("transmitter_m"), has("receiver_m")) {
         (false, false) => None,
-        (true, false) => return Err(missing("receiver_m", " beside `transmitter_m`")),
-        (false, true) => return Err(missing("transmitter_m", " beside `receiver_m`")),
+        (true, false) => return Err(missing("receiver_m", " with `transmitter_m`")),
+        (false, true) => return Err(missing("transmitter_m", " with `receiver_m`")),
         (true, true) => Some([
             read_places(&mut archive, "transmitter_m", traces, limits)?,
             read_places(&mut archive, "receiver_m", traces, limits)?,
@@ -189,11 +189,11 @@ fn matrix_shape(header: &NpyHeader, what: &str) -> Result<[usize; 2], NpyError> 
     };
     match header.shape[..] {
         [rows, columns] if rows > 0 && columns > 0 => Ok([rows as usize, columns as usize]),
-        _ => Err(shape(format!("[traces, {what}], neither of them 0"))),
+        _ => Err(shape(format!("[traces, {what}], both above 0"))),
     }
 }
 
-/// Row-major from column-major, where the array was stored so.
+/// Row-major from column-major, for arrays stored so.
 fn row_major<T: Copy>(values: Vec<T>, shape: [usize; 2], fortran_order: bool) -> Vec<T> {
     if !fortran_order {
         return values;
@@ -333,7 +333,7 @@ fn even_axis(axis: &[f64]) -> Result<(f64, f64), NpzError> {
         .into());
     }
     let middle = (n - 1.0) / 2.0;
-    // About the first value, so that a far-away start costs no digits.
+    // Relative to the first value, so that a far-away start costs no digits.
     let mean = axis.iter().map(|t| t - axis[0]).sum::<f64>() / n;
     let (mut sxy, mut sxx) = (0.0, 0.0);
     for (i, t) in axis.iter().enumerate() {

@@ -20,7 +20,7 @@ pub enum NpzWriteError {
         /// The failure.
         source: io::Error,
     },
-    /// What was to be written does not hold together.
+    /// The content is inconsistent.
     #[error(transparent)]
     Radargram(#[from] RadargramError),
 }

@@ -1,4 +1,4 @@
-//! The direct coupling between the antennas: the echo that never moves.
+//! The direct coupling between the antennas: the echo at constant delay.
 
 use super::{robust_deviation, slope};
 use crate::clean::{crest, envelope};
@@ -7,17 +7,17 @@ use crate::radargram::{Radargram, Samples};
 /// Half of the interval about the coupling in which each trace's peak is taken, s.
 const NEAR_S: f64 = 1e-9;
 
-/// Share of the strongest envelope that the direct wave reaches at least: 12 dB below.
+/// Least level of the direct wave relative to the strongest envelope: 12 dB below.
 const SHARE_OF_STRONGEST: f64 = 0.25;
 
-/// Where the direct coupling is, and how still.
+/// Fast time, level and constancy of the direct coupling.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
     /// Fast time of its envelope's peak in the mean trace, s.
     pub fast_time_s: f64,
     /// Height of the peak, in samples' units.
     pub level: f64,
-    /// The peak over the median of the mean trace's envelope, dB: how far it stands out.
+    /// The peak over the median of the mean trace's envelope, dB.
     pub contrast_db: f64,
     /// Standard deviation of the peak's fast time over the traces, s (by the median distance).
     pub spread_s: f64,
@@ -29,7 +29,7 @@ pub struct Coupling {
 
 /// The direct coupling: the strongest part of the mean trace. None where the mean trace is zero.
 ///
-/// The mean over the traces keeps what never moves; a platform that stands throughout keeps all.
+/// The mean over the traces keeps constant signals; with a platform at rest it keeps all.
 #[must_use]
 pub fn coupling(radargram: &Radargram) -> Option<Coupling> {
     let n = radargram.samples_per_trace;
@@ -41,8 +41,8 @@ pub fn coupling(radargram: &Radargram) -> Option<Coupling> {
 /// The direct wave between antennas that are apart: the first maximum of the mean trace's envelope that comes within
 /// 12 dB of the strongest. None where the record begins after it.
 ///
-/// Nothing arrives before it, and no way is known better than the one between the antennas: it calibrates the fast
-/// time. Frequencies outside the antennas' band should be filtered out first.
+/// No signal arrives earlier, and no path is known better than the one between the antennas: the direct wave
+/// calibrates the fast time. Frequencies outside the antennas' band should be filtered out first.
 #[must_use]
 pub fn direct_wave(radargram: &Radargram) -> Option<Coupling> {
     let envelope = mean_envelope(radargram)?;
@@ -53,7 +53,7 @@ pub fn direct_wave(radargram: &Radargram) -> Option<Coupling> {
     (begins > 0).then(|| seen_at(radargram, &envelope, top))
 }
 
-/// What a maximum of the mean trace's envelope is over the traces.
+/// Statistics of a maximum of the mean trace's envelope over the traces.
 fn seen_at(radargram: &Radargram, envelope: &[f64], top: usize) -> Coupling {
     let n = radargram.samples_per_trace;
     let (fraction, level) = crest(envelope, top);
@@ -147,7 +147,7 @@ mod tests {
         }
         let strongest = coupling(&traces(3.0, 0.0)).unwrap();
         assert!(strongest.fast_time_s > 4e-9);
-        // A record that begins within it shows it no more.
+        // A record that begins during the direct wave does not show it.
         assert_eq!(direct_wave(&traces(0.5, 2.1e-9)), None);
     }
 }

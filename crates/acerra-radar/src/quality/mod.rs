@@ -1,4 +1,4 @@
-//! What a radargram says of its own quality: the evidence that a run weighs.
+//! Quality measures of a radargram: the evidence of a run.
 //!
 //! ```text
 //! Radargram ──► scan_outliers      scans to drop, and why
@@ -7,7 +7,7 @@
 //!           ──► spectrum_occupancy where in frequency the energy is
 //! ```
 //!
-//! All functions are pure and judge nothing: thresholds of what is doubtful belong to the caller.
+//! All functions are pure and judge nothing: the thresholds belong to the caller.
 
 mod coupling;
 mod occupancy;
@@ -36,7 +36,7 @@ pub(crate) fn median_of_sorted(sorted: &[f64]) -> f64 {
 /// Median of |N(0, 1)|.
 const MEDIAN_ABS: f64 = 0.674_489_750_196_081_7;
 
-/// Standard deviation by the median distance from the median: a few wild values do nothing.
+/// Standard deviation by the median distance from the median: a few outliers have no effect.
 pub(crate) fn robust_deviation(values: &[f64]) -> f64 {
     let middle = median(values);
     let distances: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();

@@ -1,11 +1,11 @@
-//! Where in frequency the radar's energy is.
+//! The band that the radar's energy occupies.
 
 use num_complex::Complex64;
 use rustfft::FftPlanner;
 
 use crate::radargram::Radargram;
 
-/// Traces that are averaged at most.
+/// Largest number of traces averaged.
 const TRACES: usize = 512;
 /// Level below the spectrum's top down to which frequencies are occupied, dB.
 const OCCUPIED_DB: f64 = 10.0;
@@ -17,7 +17,7 @@ const SMOOTH_HZ: f64 = 50e6;
 pub struct SpectrumOccupancy {
     /// Frequencies, Hz, from 0 up to half the sampling rate (the whole rate for complex samples).
     pub frequency_hz: Vec<f64>,
-    /// Mean power at each, less what noise has, in samples' units squared.
+    /// Mean power at each, less the noise, in samples' units squared.
     pub power: Vec<f64>,
     /// Lowest and highest frequency within 10 dB of the top of the smoothed spectrum, Hz.
     pub band_hz: [f64; 2],
@@ -47,8 +47,8 @@ impl SpectrumOccupancy {
     }
 }
 
-/// Where in frequency the energy of up to 512 traces, evenly spread, is. The noise is the median of
-/// the lower half of all frequencies' power. None where every sample is zero.
+/// The band of the energy of up to 512 traces, evenly spread. The noise is the median of the lower half of
+/// all frequencies' power. None where every sample is zero.
 #[must_use]
 pub fn spectrum_occupancy(radargram: &Radargram) -> Option<SpectrumOccupancy> {
     let n = radargram.samples_per_trace;

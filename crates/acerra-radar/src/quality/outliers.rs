@@ -1,4 +1,4 @@
-//! Scans that do not belong among their neighbours.
+//! Scans that are outliers among their neighbours.
 
 use std::fmt;
 
@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use super::median;
 use crate::radargram::Radargram;
 
-/// What counts as an outlier.
+/// Thresholds of an outlier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct OutlierOptions {
-    /// Scans to each side that a scan is compared with.
+    /// Number of scans to each side for comparison.
     pub neighbours: usize,
     /// Ratio of energies, in dB, from which a scan is an outlier in either direction.
     pub energy_db: f64,
@@ -31,7 +31,7 @@ impl Default for OutlierOptions {
     }
 }
 
-/// Why a scan does not belong.
+/// Why a scan is an outlier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum OutlierKind {
@@ -72,7 +72,7 @@ impl fmt::Display for OutlierKind {
     }
 }
 
-/// A scan that does not belong.
+/// A scan that is an outlier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScanOutlier {
     /// The trace.
@@ -94,10 +94,10 @@ struct Size {
     peak: f64,
 }
 
-/// Traces that a sound radar cannot have recorded among their neighbours, in order.
+/// Traces that a working radar cannot have recorded among their neighbours, in order.
 ///
-/// Each is compared with the median of the traces about it, so that a burst of bad ones (up to the
-/// number of neighbours to one side) does not hide itself.
+/// Each trace is compared with the median of the traces about it, so that a burst of bad traces (up to the
+/// number of neighbours to one side) is found too.
 ///
 /// ```
 /// use acerra_radar::quality::{OutlierKind, OutlierOptions, scan_outliers};
@@ -139,7 +139,7 @@ fn size(radargram: &Radargram, trace: usize) -> Result<Size, OutlierKind> {
         return Err(OutlierKind::NotFinite { sample });
     }
     if samples.iter().all(|z| *z == samples[0]) {
-        // A constant far from zero is foreign bytes as much as a dead receiver: neither is a scan.
+        // A constant far from zero comes from foreign bytes or a dead receiver: neither is a scan.
         return Err(OutlierKind::Dead);
     }
     let energy = samples.iter().map(|z| z.norm_sqr()).sum();
@@ -147,7 +147,7 @@ fn size(radargram: &Radargram, trace: usize) -> Result<Size, OutlierKind> {
     Ok(Size { energy, peak })
 }
 
-/// The sound traces about one, without itself.
+/// The valid traces about one trace, without that trace.
 fn about(sizes: &[Result<Size, OutlierKind>], trace: usize, neighbours: usize) -> Vec<Size> {
     let first = trace.saturating_sub(neighbours);
     let end = (trace + neighbours + 1).min(sizes.len());

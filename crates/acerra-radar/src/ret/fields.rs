@@ -1,4 +1,4 @@
-//! Comma-separated fields, numbered from 1 as the log's description numbers them.
+//! Comma-separated fields, numbered from 1 as in the log's description.
 
 use std::str::FromStr;
 
@@ -16,7 +16,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Field `number`, if there; blanks around it are gone.
+    /// Field `number`, if present, without surrounding blanks.
     pub(super) fn get(&self, number: usize) -> Option<&'a str> {
         self.fields.get(number - 1).copied()
     }

@@ -1,4 +1,4 @@
-//! Lines of bounded length out of a stream; LF, CR LF and CR end a line.
+//! Lines of bounded length from a stream; LF, CR LF and CR end a line.
 
 use std::io::{self, BufRead};
 
@@ -6,11 +6,11 @@ use std::io::{self, BufRead};
 pub(super) enum Line {
     /// A line, found in [`Lines::text`] without its end; `ended` is whether it had one.
     Text { ended: bool },
-    /// A line longer than the limit, passed over.
+    /// A line longer than the limit, skipped.
     TooLong,
 }
 
-/// Reads one line at a time into a buffer that is used again.
+/// Reads one line at a time into a reused buffer.
 pub(super) struct Lines<R> {
     reader: R,
     buffer: Vec<u8>,
@@ -36,7 +36,7 @@ impl<R: BufRead> Lines<R> {
         &self.buffer
     }
 
-    /// Bytes taken from the input so far.
+    /// Bytes read from the input.
     pub(super) fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -54,7 +54,7 @@ impl<R: BufRead> Lines<R> {
             if available.is_empty() {
                 break;
             }
-            // The LF of a CR LF that stood across two portions, or two calls.
+            // The LF of a CR LF that is split between two portions, or two calls.
             let start = usize::from(std::mem::take(&mut self.after_cr) && available[0] == b'\n');
             let rest = &available[start..];
             let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));

@@ -21,7 +21,7 @@ const EVENTS: [&str; 5] = [
     "MrmDetectionListInfo",
 ];
 
-/// Whether a file's first bytes look like an MRM-RET log: text, with a known event or heading.
+/// Whether a file's first bytes are an MRM-RET log: text, with a known event or heading.
 pub(crate) fn recognise(head: &[u8]) -> bool {
     let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     head.split(|b| matches!(b, b'\n' | b'\r'))
@@ -38,8 +38,8 @@ pub(crate) fn recognise(head: &[u8]) -> bool {
 
 /// Reads an MRM-RET text log.
 ///
-/// Every scan line that is whole is kept, whatever its filtering and window; choose among them
-/// with [`RadarLog::radargram`]. Lines that cannot be read are reported and passed over.
+/// Every scan line that is whole is kept, whatever its filtering and window; choose among them with
+/// [`RadarLog::radargram`]. Unreadable lines are reported and skipped.
 ///
 /// # Errors
 /// If the input fails, holds no whole scan, or more samples than [`Limits::max_samples`].

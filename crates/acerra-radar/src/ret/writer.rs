@@ -115,7 +115,7 @@ impl<W: Write> RetWriter<W> {
         writeln!(self.writer)
     }
 
-    /// Flushes and gives the output back.
+    /// Flushes and returns the output.
     ///
     /// # Errors
     /// If the output fails.

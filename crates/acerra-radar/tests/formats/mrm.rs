@@ -391,7 +391,7 @@ fn several_filterings_and_windows_keep_apart() {
     let none = RadargramOptions::default().with_run(RunChoice::Number(2));
     assert_eq!(
         log.radargram(&none).unwrap_err().to_string(),
-        "run 2 asked for, but the log has 2 (raw)"
+        "run 2 requested, but the log has 2 (raw)"
     );
     let changes = kinds(&log)
         .iter()

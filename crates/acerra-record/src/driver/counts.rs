@@ -1,8 +1,8 @@
-//! The account of a radio's link: nothing is lost silently.
+//! Counts of a radio's link: received, incomplete and lost messages.
 
 use std::fmt;
 
-/// What came from the radio and what did not.
+/// Received and lost messages of the radio.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 #[non_exhaustive]
 pub struct LinkCounts {
@@ -22,11 +22,11 @@ pub struct LinkCounts {
     pub late: u64,
     /// Scans of which every message came.
     pub whole_scans: u64,
-    /// Scans of which something is missing, and nothing more is expected.
+    /// Scans with missing messages, none of which is expected any more.
     pub incomplete_scans: u64,
     /// Scans of which no message came, though the radio made them.
     pub lost_scans: u64,
-    /// Scans under way: some of their messages have come.
+    /// Scans in progress: some of their messages have arrived.
     pub scans_under_way: u64,
     /// Restarts of the radio.
     pub restarts: u64,
@@ -37,7 +37,7 @@ pub struct LinkCounts {
 }
 
 impl LinkCounts {
-    /// Scans that the radio made: whole, incomplete, lost, under way.
+    /// Scans that the radio made: whole, incomplete, lost, in progress.
     #[must_use]
     pub fn scans_made(&self) -> u64 {
         self.whole_scans + self.incomplete_scans + self.lost_scans + self.scans_under_way

@@ -1,4 +1,4 @@
-//! Why a radio does not do what is asked.
+//! Errors of requests to a radio.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! From messages to whole scans, with an account of what is missing.
+//! From messages to whole scans, with counts of missing ones.
 
 use std::collections::VecDeque;
 
@@ -21,7 +21,7 @@ pub struct Intake {
     bytes: u64,
 }
 
-/// What a message turned out to be.
+/// Kind of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Taken {
     /// Samples.
@@ -78,12 +78,12 @@ impl Intake {
         self.ready.pop_front()
     }
 
-    /// Scans under way get nothing more: the whole ones are handed out, the others counted.
+    /// Scans in progress are closed: the whole ones are returned, the others counted.
     pub fn give_up_unfinished(&mut self) {
         self.assembler.end(&mut self.report, &mut self.ready);
     }
 
-    /// The radio was started again, though no message says so yet.
+    /// The radio was restarted, though no message has reported it yet.
     pub fn restart(&mut self) {
         self.counts.restarts += 1;
         self.give_up_unfinished();

@@ -14,7 +14,7 @@ use crate::message::{
     StatusInfo,
 };
 
-/// How long an answer is waited for.
+/// Time to wait for an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RequestOptions {
     /// Time waited for a confirm.
@@ -143,7 +143,7 @@ impl<L: Link> Driver<L> {
         self.control(ControlRequest::continuous(scan_interval_us))
     }
 
-    /// Stops scans. Messages on their way may still come.
+    /// Stops scans. Messages in transit may still arrive.
     ///
     /// # Errors
     /// A link that fails, no answer, a refusal.
@@ -180,7 +180,7 @@ impl<L: Link> Driver<L> {
         Ok(self.arrivals.pop_front())
     }
 
-    /// The account of what came, and whole scans.
+    /// The counts of messages, and whole scans.
     pub fn intake(&mut self) -> &mut Intake {
         &mut self.intake
     }

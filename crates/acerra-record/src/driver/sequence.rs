@@ -5,14 +5,14 @@ use std::collections::VecDeque;
 
 use acerra_radar::mrm::ScanHeader;
 
-/// Messages remembered, to know one that comes again: eight scans of the longest usual window.
+/// Messages remembered for recognising repeated ones: eight scans of the longest usual window.
 const REMEMBERED: usize = 256;
 /// Radio time that may go back by reordering alone, ms. A restart takes the radio longer.
 const REORDERING_MS: i64 = 2_000;
 /// Scans behind the newest after which a scan is given up, as the assembler does.
 const GIVEN_UP_BEHIND: i64 = 8;
 
-/// What a SCAN_INFO message is among those before it.
+/// Relation of a SCAN_INFO message to those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
     /// New and in order.
@@ -96,7 +96,7 @@ impl Sequence {
         standing
     }
 
-    /// Scans that the radio made from the first that was heard of to the newest.
+    /// Scans that the radio made from the first one received to the newest.
     #[must_use]
     pub fn scans_made(&self) -> u64 {
         self.made_before + self.current.map_or(0, |boot| boot.made)
@@ -114,7 +114,7 @@ impl Sequence {
         self.current.map(|boot| boot.newest_ms)
     }
 
-    /// The radio's clock started again: what comes next is of another boot.
+    /// The radio's clock restarted: the following messages are of another boot.
     pub fn restart(&mut self) {
         if let Some(boot) = self.current.take() {
             self.made_before += boot.made;

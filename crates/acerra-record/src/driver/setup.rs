@@ -8,14 +8,14 @@ use crate::message::FilterConfig;
 /// The radio rounds its window up to this many samples.
 pub const SAMPLE_QUANTUM: u32 = 96;
 
-/// What the radio is set to before it scans.
+/// Settings of the radio before it scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setup {
     /// Window, integration, antennas, gain, code channel.
     pub config: RadarConfig,
     /// Interval between scans, µs; 0 is as fast as possible.
     pub scan_interval_us: u32,
-    /// What is sent of each scan.
+    /// Parts of each scan that the radio sends.
     pub filter: FilterConfig,
 }
 
@@ -58,8 +58,8 @@ pub struct Mismatch {
     pub found: i64,
 }
 
-/// The first field in which the configuration read back is not the one that was set. The end of the
-/// window may lie further out, by less than the quantum to which the radio rounds it.
+/// The first field in which the configuration read back differs from the one that was set. The end of the
+/// window may be later, by less than the quantum to which the radio rounds it.
 #[must_use]
 pub fn first_mismatch(wanted: &RadarConfig, found: &RadarConfig) -> Option<Mismatch> {
     let pair = |field, wanted: i64, found: i64| Mismatch {

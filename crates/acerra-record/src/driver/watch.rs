@@ -17,10 +17,10 @@ use crate::message::StatusInfo;
 /// again: delays of messages and drift of either clock over hours.
 const CLOCK_TOLERANCE_MS: i64 = 2_000;
 
-/// When a radio counts as silent, and how often it is asked how it does.
+/// Time after which a radio counts as silent, and interval of status requests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WatchOptions {
-    /// Time without a scan after which the radio is asked whether it is there.
+    /// Time without a scan after which the radio's status is requested.
     pub silence: Duration,
     /// Time between attempts to reach a silent radio.
     pub retry: Duration,
@@ -38,7 +38,7 @@ impl Default for WatchOptions {
     }
 }
 
-/// What happens while a radio scans.
+/// Events while a radio scans.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// A message came, as it is.
@@ -47,7 +47,7 @@ pub enum Event {
     Scan(Scan),
     /// Versions and temperature.
     Status(StatusInfo),
-    /// No scan came for so long, and the radio does not answer; the text says why.
+    /// No scan arrived for this time, and the radio does not answer; the text gives the cause.
     Silent(String),
     /// The radio scans again after a silence.
     Resumed {
@@ -112,9 +112,9 @@ impl<L: Link> Watched<L> {
         self.driver.intake().sequence().interval_s()
     }
 
-    /// What happens next; `None` where nothing did within `wait`. Silence is not a failure: the silence is
-    /// reported once, and the radio is retried until the radio answers again. Every refusal of the settings by a
-    /// radio that came back is reported.
+    /// The next event; `None` without one within `wait`. Silence is not a failure: it is reported once, and
+    /// the radio is retried until it answers again. Every refusal of the settings by a radio that came back
+    /// is reported.
     pub fn next_event(&mut self, wait: Duration) -> Option<Event> {
         if let Some(scan) = self.driver.intake().next_scan() {
             return Some(Event::Scan(scan));
@@ -151,7 +151,7 @@ impl<L: Link> Watched<L> {
         arrival.map(Event::Message)
     }
 
-    /// Stops scans and takes in what is on its way; scans that are not whole by then are given up.
+    /// Stops scans and reads messages in transit; scans that are still incomplete are given up.
     pub fn stop(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
         // A radio that is gone needs no stopping.

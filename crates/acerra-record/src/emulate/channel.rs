@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What happens to messages on their way.
+/// Faults of a link's messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impairments {
     /// Share of messages lost.
@@ -15,7 +15,7 @@ pub struct Impairments {
     pub repetition: f64,
     /// Share of messages held back for [`Impairments::held_back_s`], so that others overtake them.
     pub reordering: f64,
-    /// How long those are held back (s).
+    /// Delay of those messages (s).
     pub held_back_s: f64,
     /// Delay of every message (s).
     pub delay_s: f64,
@@ -46,7 +46,7 @@ pub struct ChannelCounts {
     pub messages: u64,
     /// Messages lost.
     pub lost: u64,
-    /// Of those, messages that were on their way when the sender restarted.
+    /// Of those, messages in transit when the sender restarted.
     pub lost_on_restart: u64,
     /// Messages sent twice.
     pub repeated: u64,
@@ -54,7 +54,7 @@ pub struct ChannelCounts {
     pub held_back: u64,
 }
 
-/// Messages on their way, each due at a time in microseconds of the emulator's clock.
+/// Messages in transit, each due at a time in microseconds of the emulator's clock.
 pub struct Channel<T> {
     impairments: Impairments,
     random: ChaCha8Rng,
@@ -147,7 +147,7 @@ impl<T: Clone> Channel<T> {
         self.on_way.peek().map(|due| due.0.at_us)
     }
 
-    /// Everything on its way is lost, as when the sender restarts.
+    /// Every message in transit is lost, as when the sender restarts.
     pub fn clear(&mut self) {
         let on_way = self.on_way.len() as u64;
         self.counts.lost += on_way;
@@ -155,7 +155,7 @@ impl<T: Clone> Channel<T> {
         self.on_way.clear();
     }
 
-    /// What the channel did so far.
+    /// Faults of the channel so far.
     #[must_use]
     pub fn counts(&self) -> ChannelCounts {
         self.counts

@@ -10,7 +10,7 @@ use super::options::{EmulatorCounts, EmulatorOptions};
 use super::server::{Orders, Server};
 use super::source::ScanSource;
 
-/// A radio emulated on the loopback interface by a thread of its own, until it is dropped.
+/// A radio emulated on the loopback interface by a separate thread, until it is dropped.
 pub struct EmulatedRadio {
     address: SocketAddr,
     stop: Arc<AtomicBool>,
@@ -74,7 +74,7 @@ impl Drop for EmulatedRadio {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so itself.
+            // A thread that panicked has printed its message.
             let _ = thread.join();
         }
     }

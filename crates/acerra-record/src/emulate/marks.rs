@@ -21,7 +21,7 @@ pub(super) fn time_mark(time: GpsTime, count: u16) -> Vec<u8> {
     frame::encode(0x0D, 0x03, &payload).unwrap_or_default()
 }
 
-/// Week, and nanoseconds of it.
+/// Week, and nanoseconds of the week.
 fn week_and_ns(time: GpsTime) -> (u16, u64) {
     const WEEK_NS: u64 = 604_800_000_000_000;
     let start = GpsTime::from_week_tow(0, time.tow_s());

@@ -2,8 +2,8 @@
 
 use acerra_gnss::ubx::frame::{Piece, encode, pieces};
 
-/// The same bytes as a receiver under cover sends them: epochs without satellites, solutions without a fix,
-/// neither subframes nor time marks.
+/// The same bytes as a receiver without reception sends them: epochs without satellites, solutions without a
+/// fix, neither subframes nor time marks.
 pub(super) fn without_fix(bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     for piece in pieces(bytes) {

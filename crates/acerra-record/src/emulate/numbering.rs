@@ -13,7 +13,7 @@ pub(super) enum Numbering {
     FromZero,
 }
 
-/// What is added to numbers and stamps of the source.
+/// Offset of numbers and stamps from the source's.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Renumber {
     pub id: u16,

@@ -1,4 +1,4 @@
-//! How an emulated radio behaves, and what it did.
+//! Options of an emulated radio, and counts of its messages.
 
 use super::channel::{ChannelCounts, Impairments};
 use super::pulse_line::PulseLine;
@@ -7,7 +7,7 @@ use super::world::World;
 /// How an emulated radio behaves.
 #[derive(Debug, Clone)]
 pub struct EmulatorOptions {
-    /// Radio seconds in a second: 1 is real time. In a world, its own.
+    /// Radio seconds in a second: 1 is real time. In a world, seconds of the radio's clock.
     pub speed: f64,
     /// Drift of the radio's clock, parts in a million, positive when fast. In a world the stamps drift; without
     /// a world the pace drifts, and a recording's bytes are unchanged.
@@ -20,7 +20,7 @@ pub struct EmulatorOptions {
     pub pulses: Option<PulseLine>,
     /// Seconds of radio time, from the start of the emulator, at which the radio restarts by itself.
     pub reboot_at_s: Vec<f64>,
-    /// How long a restart takes, in seconds of radio time.
+    /// Duration of a restart, in seconds of radio time.
     pub reboot_takes_s: f64,
 }
 
@@ -38,14 +38,14 @@ impl Default for EmulatorOptions {
     }
 }
 
-/// What an emulated radio did.
+/// Counts of an emulated radio.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EmulatorCounts {
     /// Scans made.
     pub scans: u64,
-    /// Scans of which no message was lost as it was sent; a restart may still lose some that are on their way.
+    /// Scans of which no message was lost at the sender; a restart may still lose messages in transit.
     pub scans_sent_whole: u64,
-    /// Messages of every kind, and what the link did to them.
+    /// Messages of every kind, and faults of the link.
     pub channel: ChannelCounts,
     /// Datagrams handed to the system.
     pub datagrams: u64,

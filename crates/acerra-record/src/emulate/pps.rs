@@ -16,7 +16,7 @@ use crate::pps::PulseStamp;
 
 /// Longest sleep: a radio that starts, or a stop, is not waited for longer.
 const LONGEST_SLEEP: Duration = Duration::from_millis(20);
-/// How much later than its second a receiver without a fix sends its pulse (s): it counts seconds of its own.
+/// Delay of the pulse of a receiver without a fix after its second (s): the receiver counts its own seconds.
 const UNLOCKED_S: f64 = 0.3;
 
 /// How an emulated pulse behaves.
@@ -51,7 +51,7 @@ impl PpsOptions {
     }
 }
 
-/// A PPS device emulated by a thread of its own, until it is dropped: a file that is replaced at each pulse.
+/// A PPS device emulated by a separate thread, until it is dropped: a file that is replaced at each pulse.
 pub struct EmulatedPps {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -86,7 +86,7 @@ impl Drop for EmulatedPps {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so itself.
+            // A thread that panicked has printed its message.
             let _ = thread.join();
         }
     }
@@ -126,7 +126,7 @@ impl Device {
                 continue;
             }
             self.sequence = self.sequence.wrapping_add(1);
-            // What an interrupt would have stamped at the edge.
+            // Stamp of the edge by an interrupt.
             let since = edge.elapsed();
             let now = SystemTime::now().duration_since(UNIX_EPOCH);
             let stamp = now.unwrap_or_default().saturating_sub(since);

@@ -61,7 +61,7 @@ impl PulseLine {
         state.waiting_s.push_back(at_s);
     }
 
-    /// The latest edge up to a world time, of those that came since this was last asked.
+    /// The latest edge up to a world time, of those since the last call.
     #[must_use]
     pub fn latest(&self, until_s: f64) -> Option<LatestEdge> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);

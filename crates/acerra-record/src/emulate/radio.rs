@@ -1,4 +1,4 @@
-//! The emulated radio's answers: a state and what each request does to it.
+//! The emulated radio's answers: a state and the effect of each request on it.
 
 use acerra_radar::mrm::RadarConfig;
 
@@ -8,13 +8,13 @@ use crate::message::{
     OPERATING_MODE_MRM, Packet, SLEEP_MODE_ACTIVE, StatusCode, StatusInfo,
 };
 
-/// What an emulated radio remembers; a restart forgets all but a persistent configuration.
+/// State of an emulated radio; a restart clears all but a persistent configuration.
 #[derive(Debug, Clone)]
 pub struct RadioState {
     config: RadarConfig,
     filter: FilterConfig,
     sleep_mode: u32,
-    /// Interval of the scans under way, µs, and how many are left; `None` while none are made.
+    /// Interval of the scans in progress, µs, and the number left; `None` while none are made.
     scanning: Option<(u32, u16)>,
     temperature_quarter_c: i32,
 }
@@ -51,7 +51,7 @@ impl RadioState {
         &self.config
     }
 
-    /// Interval of the scans under way, µs.
+    /// Interval of the scans in progress, µs.
     #[must_use]
     pub fn scan_interval_us(&self) -> Option<u32> {
         self.scanning.map(|(interval_us, _)| interval_us)
@@ -69,7 +69,7 @@ impl RadioState {
         }
     }
 
-    /// Forgets what does not outlive a restart.
+    /// Clears the state that does not outlive a restart.
     pub fn restart(&mut self) {
         let config = if self.config.persist == 0 {
             RadarConfig::default()
@@ -79,8 +79,8 @@ impl RadioState {
         *self = Self::new(config);
     }
 
-    /// Answers a request; `None` for what is no request. `accepts` says which configurations the
-    /// source of scans can serve.
+    /// Answers a request; `None` for other messages. `accepts` decides which configurations the source of
+    /// scans can serve.
     pub fn answer(
         &mut self,
         packet: &Packet,
@@ -188,7 +188,7 @@ impl RadioState {
     }
 }
 
-/// The configuration with its window's end where the last quantum of samples ends.
+/// The configuration with its window's end at the end of the last quantum of samples.
 fn with_whole_quanta(config: &RadarConfig) -> RadarConfig {
     let samples = window_samples(config);
     let step_ps = f64::from(config.scan_resolution_bins) * acerra_radar::FAST_TIME_BIN_S * 1e12;

@@ -27,7 +27,7 @@ pub struct ReceiverOptions {
     pub latency_s: f64,
     /// World times from and to which it has no fix (s).
     pub no_fix_s: Vec<[f64; 2]>,
-    /// What pulses come on its time-mark input.
+    /// Pulses on its time-mark input.
     pub pulses: Option<PulseLine>,
 }
 
@@ -45,7 +45,7 @@ impl ReceiverOptions {
     }
 }
 
-/// A receiver emulated by a thread of its own, until it is dropped.
+/// A receiver emulated by a separate thread, until it is dropped.
 pub struct EmulatedReceiver {
     address: SocketAddr,
     stop: Arc<AtomicBool>,
@@ -54,8 +54,8 @@ pub struct EmulatedReceiver {
 }
 
 impl EmulatedReceiver {
-    /// Emulates a receiver at `address` (port 0 takes any free one) that sends `log` to the first
-    /// client, each byte once, as the world's time goes: what is past when a client comes is sent at once.
+    /// Emulates a receiver at `address` (port 0 takes any free one) that sends `log` to the first client,
+    /// each byte once, at the world's times: bytes that are due before a client connects are sent at once.
     ///
     /// # Errors
     /// If the port is taken, or the system gives no thread.
@@ -102,7 +102,7 @@ impl Drop for EmulatedReceiver {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so itself.
+            // A thread that panicked has printed its message.
             let _ = thread.join();
         }
     }
@@ -111,7 +111,7 @@ impl Drop for EmulatedReceiver {
 /// Time that listening to a client may take (s): systems wake sleepers on sockets by their tick.
 const LISTENING_S: f64 = 0.012;
 
-/// Longest time between two looks at what a client says, however much there is to send.
+/// Longest time between two reads of a client's messages, however much there is to send.
 const LISTEN_EVERY: Duration = Duration::from_millis(200);
 
 /// Bytes that are sent together.
@@ -122,8 +122,8 @@ struct Burst {
     end: usize,
 }
 
-/// A log cut before each epoch's first message, so that a burst begins with it; bytes before the first
-/// epoch come with it.
+/// A log cut before each epoch's first message, so that a burst begins with that message; bytes before the
+/// first epoch belong to the first burst.
 fn bursts(log: &[u8], options: &ReceiverOptions) -> Vec<Burst> {
     let epochs: Vec<(usize, GpsTime)> = pieces(log)
         .filter_map(|piece| match piece {
@@ -217,7 +217,7 @@ impl Server {
 }
 
 impl Server {
-    /// What is sent of the log from `begin` on: the burst, and the latest pulse before it.
+    /// Bytes sent of the log from `begin` on: the burst, and the latest pulse before it.
     fn message(&self, begin: usize, burst: &Burst) -> Vec<u8> {
         let epoch_s = burst.at_s - self.options.latency_s;
         let bytes = &self.log[begin..burst.end];

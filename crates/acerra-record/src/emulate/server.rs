@@ -15,7 +15,7 @@ use super::radio::{Effect, RadioState};
 use super::source::{ScanSource, SourceScan};
 use crate::message::{MAX_MESSAGE_BYTES, Packet};
 
-/// How much later than asked a system may wake a sleeper on a socket.
+/// Largest delay of a system in waking a thread that waits on a socket.
 const TICK: Duration = Duration::from_millis(8);
 
 /// Commands to an emulated radio from its owner, and counts reported to the owner.
@@ -119,7 +119,7 @@ impl Server {
         (self.began.elapsed().as_secs_f64() * self.options.speed * 1e6) as u64
     }
 
-    /// How long nothing is due, in microseconds of the world's clock.
+    /// Time until the next message is due, in microseconds of the world's clock.
     fn wait_us(&self, now_us: u64) -> u64 {
         let scan = self
             .next
@@ -189,7 +189,7 @@ impl Server {
             }
             let Some(scan) = self.next.take() else { return };
             match self.due_us(&scan) {
-                // Over before the client asked for scans.
+                // Over before the client started scans.
                 Some(due) if due + 1_000 < self.started_us => {}
                 Some(due) if due <= now_us => self.make(scan, due),
                 _ => {
@@ -200,7 +200,7 @@ impl Server {
         }
     }
 
-    /// Time anchor of the coming scans: the next scan is due now, or in a world each scan at its own time.
+    /// Time anchor of the next scans: the next scan is due now, or in a world each scan at its own time.
     fn anchor_at(&mut self, now_us: u64, next_us: u64) -> Anchor {
         let first_us = *self.first_us.get_or_insert(next_us);
         let Some((world, first_s)) = &self.options.world else {
@@ -243,7 +243,7 @@ impl Server {
         self.numbering = Numbering::GoOn;
     }
 
-    /// What a world's radio has gained since its first scan, ms.
+    /// Lead of a world's radio since its first scan, ms.
     fn drift_ms(&self, radio_us: u64) -> u32 {
         match (&self.options.world, self.first_us) {
             (Some(_), Some(first_us)) => {
@@ -282,7 +282,7 @@ impl Server {
 
     fn send_due(&mut self, now_us: u64) {
         while let Some((client, message)) = self.channel.take_due(now_us) {
-            // A client that is gone receives nothing; a full buffer loses a message, as a link does.
+            // A client that is gone receives no messages; a full buffer loses a message, as a link does.
             if self.socket.send_to(&message, client).is_ok() {
                 self.own.datagrams += 1;
             }

@@ -12,8 +12,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// Time over which errors of a solution forget themselves (s).
 const CORRELATION_S: f64 = 30.0;
-/// Standard deviation of a velocity, each axis in the plane and up (m/s): carrier-phase rates, which the
-/// quality of the position has no part in.
+/// Standard deviation of a velocity, each axis in the plane and up (m/s): by carrier-phase rates, independent
+/// of the position's quality.
 const VELOCITY_SIGMA_M_S: [f64; 2] = [0.01, 0.02];
 /// Half the time over which the true velocity is taken (s).
 const VELOCITY_HALF_S: f64 = 0.01;
@@ -31,7 +31,7 @@ pub enum Quality {
 
 impl Quality {
     /// Standard deviations of its errors, each axis in the plane and up (m): those that change over half a
-    /// minute, and those that are new with each epoch.
+    /// minute, and white ones.
     fn sigma_m(self) -> [[f64; 2]; 2] {
         match self {
             Self::Single => [[1.0, 2.0], [0.05, 0.1]],
@@ -63,8 +63,8 @@ impl FromStr for Quality {
     }
 }
 
-/// A log with a solution behind each epoch's measurements: where `place_ecef_m` says that the antenna is, with
-/// errors as `quality` has them. Epochs without a place get none.
+/// A log with a solution after each epoch's measurements: at the antenna's place by `place_ecef_m`, with
+/// errors by `quality`. Epochs without a place get none.
 #[must_use]
 pub fn with_solutions(
     log: &[u8],
@@ -217,7 +217,7 @@ fn high_precision(tow_ms: u32, place: &Geodetic, [plane_m, up_m]: [f64; 2]) -> [
     let mut p = [0_u8; 36];
     let mut put = |at: usize, bytes: &[u8]| p[at..at + bytes.len()].copy_from_slice(bytes);
     put(4, &tow_ms.to_le_bytes());
-    // Whole units, and what is left in hundredths (tenths of a millimetre).
+    // Whole units, and the remainder in hundredths (tenths of a millimetre).
     let split = |value: f64, unit: f64, fine: f64| {
         let whole = (value / unit).round();
         let rest = ((value - whole * unit) / fine).round();

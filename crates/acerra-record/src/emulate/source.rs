@@ -1,4 +1,4 @@
-//! What an emulated radio measures: a recording, or a pattern.
+//! Source of an emulated radio's measurements: a recording, or a pattern.
 
 use acerra_radar::mrm::{CONFIG_BYTES, MessageType, RadarConfig, scan_messages};
 use acerra_radar::{Filtering, RadarLog, Scan, ScanWindow};
@@ -21,7 +21,7 @@ pub trait ScanSource: Send {
     /// Whether scans can be had with this configuration.
     fn accepts(&self, config: &RadarConfig) -> bool;
 
-    /// The next scan; `None` at the end. `interval_us` is what the client asked for.
+    /// The next scan; `None` at the end. `interval_us` is the client's setting.
     fn next_scan(&mut self, config: &RadarConfig, interval_us: u32) -> Option<SourceScan>;
 }
 
@@ -54,7 +54,7 @@ impl Recorded {
     /// Every scan of a log, in its order.
     ///
     /// # Errors
-    /// A log without scans, or with one that no messages can carry.
+    /// A log without scans, or with a scan that no messages can carry.
     pub fn from_log(log: &RadarLog) -> Result<Self, SourceError> {
         let config = log.configs.first().map(|event| event.config);
         Self::from_scans(config, &log.scans)
@@ -63,7 +63,7 @@ impl Recorded {
     /// Scans, in their order.
     ///
     /// # Errors
-    /// No scans, or one that no messages can carry.
+    /// No scans, or a scan that no messages can carry.
     pub fn from_scans(config: Option<RadarConfig>, scans: &[Scan]) -> Result<Self, SourceError> {
         let mut messages = Vec::new();
         for scan in scans {
@@ -179,7 +179,7 @@ fn scan_of(bytes: &[u8]) -> Option<((u16, u32, u8), u32, ScanWindow)> {
 
 impl ScanSource for Recorded {
     fn accepts(&self, config: &RadarConfig) -> bool {
-        // What was recorded cannot be had in another window.
+        // Recorded scans are not available in another window.
         config.scan_start_ps == self.window.start_ps
             && config.scan_resolution_bins == self.window.step_bins
             && window_samples(config) as usize == self.window.samples
@@ -200,7 +200,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// So many scans, from a radio that has been on for a minute.
+    /// A number of scans, from a radio that was started a minute before.
     #[must_use]
     pub fn new(scans: u64) -> Self {
         Self {

@@ -3,8 +3,8 @@
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// A world whose time begins when a client first starts the radio, so that nothing of a flight is over
-/// before someone listens.
+/// A world whose time begins when a client first starts the radio, so that no part of a flight is over before
+/// a client listens.
 #[derive(Debug, Clone)]
 pub struct World {
     began: Arc<OnceLock<Instant>>,

@@ -29,7 +29,7 @@ const ATTEMPTS: usize = 3;
 /// Kind of receiver.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 pub enum Receiver {
-    /// Sends what is needed already, or is none of u-blox.
+    /// Already sends the required messages, or is not a u-blox receiver.
     #[default]
     #[serde(rename = "as-is")]
     AsIs,
@@ -83,7 +83,7 @@ fn setting(name: &'static str, id: u8, payload: &[u8]) -> Option<Setting> {
     Some(Setting { name, frame })
 }
 
-/// How often a receiver is to send its own solution.
+/// Rate of the receiver's own solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Solutions {
     /// Once a second: enough to watch the fix.
@@ -94,8 +94,9 @@ pub enum Solutions {
 }
 
 /// Frames that make a receiver send raw measurements, navigation subframes and time marks, and its own
-/// solution, where the receiver has a solution message with fix type (NAV-PVT; NAV-HPPOSLLH of an F9P with each
-/// measurement); in the order in which they are sent. They last until the receiver loses its power.
+/// solution, where the receiver has a solution message with fix type (NAV-PVT; NAV-HPPOSLLH of an F9P with
+/// each measurement); in the order in which they are sent. The settings last until the receiver loses its
+/// power.
 #[must_use]
 pub fn configuration(receiver: Receiver, rate_hz: f64, solutions: Solutions) -> Vec<Setting> {
     let period_ms = (1000.0 / rate_hz.clamp(0.1, 50.0)).round() as u16;
@@ -200,8 +201,8 @@ fn configure_one(
     Err(ConfigureError::Silent { name })
 }
 
-/// Whether the setting was acknowledged or refused, by the first such answer among the bytes heard;
-/// bytes that are through are dropped.
+/// Whether the setting was acknowledged or refused, by the first such answer among the received bytes;
+/// processed bytes are dropped.
 fn take_answer(heard: &mut Vec<u8>, setting: &Setting) -> Option<bool> {
     let mut answer = None;
     let mut through = 0;

@@ -6,7 +6,7 @@ use acerra_gnss::ubx::frame::{Frame, Piece, pieces};
 #[derive(Debug, Default)]
 pub struct FrameFinder {
     held: Vec<u8>,
-    /// Chunks of what is held: offset of the first byte, host time (s).
+    /// Chunks of the buffer: offset of the first byte, host time (s).
     chunks: Vec<(usize, f64)>,
 }
 

@@ -35,7 +35,7 @@ pub enum SourceFault {
 
 /// A stream of a receiver's bytes that can be written to and opened again.
 pub trait ByteSource: Send {
-    /// Reads the available bytes into `buffer`, waiting a tenth of a second at most; 0 where nothing came.
+    /// Reads the available bytes into `buffer`, waiting a tenth of a second at most; 0 where none arrived.
     ///
     /// # Errors
     /// If the connection ended.
@@ -54,7 +54,7 @@ pub trait ByteSource: Send {
     fn reopen(&mut self) -> Result<(), SourceFault>;
 }
 
-/// What the two kinds of connection have in common.
+/// Common operations of the two kinds of connection.
 fn read_some(
     place: &dyn Fn() -> String,
     stream: &mut impl Read,

@@ -40,14 +40,14 @@ impl Deframer {
         self.buffer.extend_from_slice(bytes);
     }
 
-    /// Bytes so far that belonged to no message.
+    /// Bytes so far that belong to no message.
     #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
         self.skipped
     }
 
-    /// The next whole body, if there is one. A prefix counts only before a known message type of
-    /// that length: 0xA5A5 occurs among samples by chance.
+    /// The next whole body, if there is one. A prefix counts only before a known message type of the right
+    /// length: 0xA5A5 occurs among samples by chance.
     pub fn next_body(&mut self) -> Option<Vec<u8>> {
         loop {
             let Some(start) = self.next_prefix() else {

@@ -1,8 +1,8 @@
 //! Times of reception by the kernel, and how they are put on the host's monotonic clock.
 //!
-//! The kernel stamps datagrams by the calendar clock, which may be stepped. What a datagram waited since is
-//! the difference of two readings of that clock; the host clock less the wait is the time of reception.
-//! Where the calendar clock was stepped meanwhile, stamps are not used.
+//! The kernel stamps datagrams by the calendar clock, which may be stepped. The waiting time of a datagram is
+//! the difference of two readings of that clock; the host clock less the waiting time is the time of
+//! reception. Where the calendar clock was stepped meanwhile, stamps are not used.
 
 use std::io;
 use std::net::UdpSocket;
@@ -12,8 +12,8 @@ use crate::host::HostClock;
 
 /// Longest time that a datagram waits for this program; a longer one is a step of the calendar clock.
 const LONGEST_WAIT: Duration = Duration::from_secs(10);
-/// Change of the calendar clock against the host clock that is no slewing: a step, and the share of the
-/// time between two readings that slewing makes at most (1 in 1000 is twice what systems do).
+/// Change of the calendar clock against the host clock that exceeds slewing: a step, and the largest share of
+/// the time between two readings by slewing (1 in 1000 is twice what systems do).
 const STEP_NS: i64 = 1_000_000;
 const SLEW_DIVISOR: u64 = 1_000;
 /// Time after a step for which datagrams stamped before it may still wait, ns.
@@ -27,14 +27,14 @@ pub(super) struct Datagram {
     pub stamp: Option<Duration>,
 }
 
-/// Asks the kernel to stamp what comes; `false` where it does not.
+/// Enables the kernel's stamps; `false` where the kernel has none.
 #[cfg(target_os = "linux")]
 pub(super) fn enable(socket: &UdpSocket) -> bool {
     use nix::sys::socket::{setsockopt, sockopt::ReceiveTimestampns};
     setsockopt(socket, ReceiveTimestampns, &true).is_ok()
 }
 
-/// Asks the kernel to stamp what comes: no other system than Linux does.
+/// Enables the kernel's stamps: only Linux has them.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn enable(_: &UdpSocket) -> bool {
     false
@@ -91,7 +91,7 @@ impl StampPairing {
         self.host_ns_at(clock.now_ns(), calendar, stamp)
     }
 
-    /// The same where both clocks were read together: `host_ns` and `calendar`.
+    /// As above, with both clocks read together: `host_ns` and `calendar`.
     pub fn host_ns_at(&mut self, host_ns: u64, calendar: Duration, stamp: Duration) -> Option<u64> {
         let calendar_ns = i64::try_from(calendar.as_nanos()).ok()?;
         let ahead_ns = calendar_ns - i64::try_from(host_ns).ok()?;
@@ -131,8 +131,8 @@ mod tests {
                 .host_ns_at(6 * second, at(6.0003), at(6.0))
                 .is_some()
         );
-        // Set forward by an hour: what was stamped before seems to have waited for long, and all stamps
-        // are doubted for a while.
+        // Set forward by an hour: datagrams stamped before seem to have waited for long, and all stamps are
+        // doubted for a while.
         assert_eq!(pairing.host_ns_at(7 * second, at(3607.0), at(6.9)), None);
         assert_eq!(pairing.host_ns_at(8 * second, at(3608.0), at(3607.9)), None);
         assert_eq!(

@@ -87,9 +87,10 @@ pub enum LinkError {
         /// What the system says.
         cause: io::Error,
     },
-    /// The other computer says that nothing listens at that port.
+    /// The other computer reports that no program listens at that port.
     #[error(
-        "{peer}: nothing listens there; expected a radio, whose port is {RADIO_PORT} (check address and port)"
+        "{peer}: no program listens there; expected a radio, whose port is {RADIO_PORT} (check address and \
+         port)"
     )]
     NothingListens {
         /// The other end.

@@ -38,7 +38,7 @@ impl SerialLink {
         })
     }
 
-    /// Bytes so far that belonged to no message.
+    /// Bytes so far that belong to no message.
     #[must_use]
     pub fn skipped_bytes(&self) -> u64 {
         self.deframer.skipped_bytes()

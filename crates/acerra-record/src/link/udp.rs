@@ -13,7 +13,7 @@ pub const RADIO_PORT: u16 = 21_210;
 
 /// Datagrams longer than this are of no radio; they are cut off and refused by their length.
 const DATAGRAM_BYTES: usize = 2_048;
-/// Receive buffer asked of the system, bytes: a few seconds of scans. The system may grant less.
+/// Receive buffer requested of the system, bytes: a few seconds of scans. The system may grant less.
 const RECEIVE_BUFFER_BYTES: usize = 4 << 20;
 
 /// A radio's UDP port.
@@ -31,7 +31,7 @@ impl UdpLink {
     /// Opens a port of the system's choice towards `peer`; datagrams from elsewhere are ignored.
     ///
     /// # Errors
-    /// If there is no way to that address.
+    /// If there is no route to that address.
     pub fn open(peer: SocketAddr, clock: HostClock) -> Result<Self, LinkError> {
         let socket = connect(peer).map_err(|cause| LinkError::Open {
             peer: peer.to_string(),
@@ -66,8 +66,8 @@ fn connect(peer: SocketAddr) -> io::Result<UdpSocket> {
     Ok(socket)
 }
 
-/// A small buffer loses scans while a disk is slow; what the system refuses here shows in the counts
-/// of lost messages.
+/// A small buffer loses scans while a disk is slow; a refusal of the system shows in the counts of lost
+/// messages.
 pub(crate) fn enlarge_receive_buffer(socket: &UdpSocket) {
     #[cfg(unix)]
     let _ = rustix::net::sockopt::set_socket_recv_buffer_size(socket, RECEIVE_BUFFER_BYTES);
@@ -75,7 +75,7 @@ pub(crate) fn enlarge_receive_buffer(socket: &UdpSocket) {
     let _ = (socket, RECEIVE_BUFFER_BYTES);
 }
 
-/// The system's word for "nothing came in time".
+/// The system's error for "no data arrived in time".
 pub(crate) fn is_timeout(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -118,7 +118,7 @@ impl Link for UdpLink {
     }
 
     fn reopen(&mut self) -> Result<(), LinkError> {
-        // The port stays: a radio goes on sending to it.
+        // The port stays: a radio continues to send to it.
         self.socket
             .connect(self.peer)
             .map_err(|cause| LinkError::Open {

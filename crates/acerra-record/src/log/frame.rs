@@ -129,7 +129,7 @@ impl Record {
     }
 }
 
-/// Bytes whose checksum [`Record::decode`] computes of what begins here: none where no record can begin.
+/// Number of bytes whose checksum [`Record::decode`] computes here: none where no record can begin.
 pub(super) fn checked_bytes(bytes: &[u8]) -> usize {
     let Some(head) = bytes.first_chunk::<HEAD_BYTES>() else {
         return 0;

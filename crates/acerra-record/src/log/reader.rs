@@ -1,4 +1,4 @@
-//! Reading a session log, also one that ends in the middle of a record or is damaged.
+//! Reading a session log, including one that ends within a record or is damaged.
 
 use std::io::{self, Read};
 
@@ -30,7 +30,7 @@ pub enum LogReadError {
     },
 }
 
-/// What of a log is no record.
+/// Bytes of a log outside records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LogDamage {
     /// Bytes inside the log that belong to no sound record.
@@ -78,13 +78,13 @@ impl<R: Read> LogReader<R> {
         })
     }
 
-    /// Bytes of checksums that did not fit: what damage costs, at most 4 GiB.
+    /// Bytes of checksums that did not fit: the cost of damage, at most 4 GiB.
     #[must_use]
     pub fn vain_bytes(&self) -> u64 {
         self.vain_bytes
     }
 
-    /// What was met that is no record; complete once the records are through.
+    /// Bytes outside records so far; complete once all records are read.
     #[must_use]
     pub fn damage(&self) -> LogDamage {
         self.damage
@@ -131,7 +131,7 @@ impl<R: Read> LogReader<R> {
             // Damage: on to the next mark.
             let next = rest[1..].windows(MARK.len()).position(|w| w == MARK);
             let step = next.map_or(rest.len(), |i| i + 1);
-            // A mark may straddle the end of what is held.
+            // A mark may straddle the end of the buffer.
             let step = if next.is_none() && !self.ended {
                 step.saturating_sub(HEAD_BYTES).max(1)
             } else {

@@ -18,14 +18,14 @@ pub const SYNC_EVERY: Duration = Duration::from_secs(1);
 #[non_exhaustive]
 pub enum LogWriteError {
     /// The disk is full.
-    #[error("{}: the disk is full; what was written before is kept", path.display())]
+    #[error("{}: the disk is full; the data written before are kept", path.display())]
     DiskFull {
         /// The log.
         path: PathBuf,
     },
     /// The file system, or a limit of this user, takes no longer file.
     #[error(
-        "{}: no longer file is taken here (FAT takes 4 GB); what was written before is kept",
+        "{}: the file system accepts no longer file (FAT: 4 GB); the data written before are kept",
         path.display()
     )]
     FileTooLong {

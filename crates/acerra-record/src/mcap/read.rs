@@ -5,7 +5,7 @@ use std::io::{self, Read};
 
 use thiserror::Error;
 
-/// What a file begins and ends with.
+/// First and last bytes of a file.
 pub const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
 /// Longest record (bytes): a chunk of this project's is a megabyte and its last message.
 const LONGEST_RECORD: u64 = 1 << 26;
@@ -39,7 +39,7 @@ pub enum McapError {
         /// The first bytes.
         found: Vec<u8>,
     },
-    /// A record that is cut off, or says a length that cannot be.
+    /// A record that is cut off, or with an impossible length.
     #[error(
         "offset {offset}: expected a record of {} bytes at most; found {found}",
         LONGEST_RECORD
@@ -50,7 +50,7 @@ pub enum McapError {
         /// What was found.
         found: String,
     },
-    /// A record whose content is not what its kind has.
+    /// A record whose content does not match its kind.
     #[error("offset {offset}: expected {expected}")]
     Content {
         /// Where its record begins.
@@ -67,7 +67,7 @@ pub struct TopicCount {
     pub name: String,
     /// The type of its messages.
     pub schema: String,
-    /// Messages of it that were read.
+    /// Number of its messages that were read.
     pub messages: u64,
 }
 
@@ -88,7 +88,7 @@ pub struct McapReader<R> {
     offset: u64,
     schemas: BTreeMap<u16, String>,
     topics: BTreeMap<u16, TopicCount>,
-    /// Records of the chunk under way.
+    /// Records of the current chunk.
     chunk: Vec<u8>,
     at: usize,
     is_over: bool,
@@ -153,7 +153,7 @@ impl<R: Read> McapReader<R> {
         })
     }
 
-    /// The topics met so far, with the messages read of each.
+    /// The topics so far, with the number of messages read of each.
     pub fn topics(&self) -> impl Iterator<Item = &TopicCount> {
         self.topics.values()
     }
@@ -186,7 +186,7 @@ impl<R: Read> McapReader<R> {
         Ok(None)
     }
 
-    /// The next record, of the chunk under way or of the file.
+    /// The next record, of the current chunk or of the file.
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, McapError> {
         let offset = self.offset;
         let failed = |found: String| McapError::Length { offset, found };

@@ -9,7 +9,7 @@ use super::topics::Topic;
 /// Bytes of messages after which a chunk is written.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// Where a chunk is, and what it spans.
+/// Place of a chunk, and its span of time.
 struct ChunkPlace {
     start_ns: u64,
     end_ns: u64,
@@ -172,7 +172,7 @@ impl<W: Write> McapWriter<W> {
             self.put(&record(kind::CHUNK_INDEX, &chunk.index()))?;
         }
         let mut footer = summary_start.to_le_bytes().to_vec();
-        // No offsets of groups in the summary, and no checksum of it.
+        // No offsets of groups in the summary, and no checksum of the summary.
         footer.extend([0; 12]);
         self.put(&record(kind::FOOTER, &footer))?;
         self.put(&MAGIC)?;

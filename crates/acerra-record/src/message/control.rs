@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 
-/// CONTROL_REQUEST: how many scans, how far apart.
+/// CONTROL_REQUEST: number and interval of scans.
 ///
 /// ```
 /// use acerra_record::message::ControlRequest;

@@ -1,4 +1,4 @@
-//! What the radio sends of each scan: SET_FILTER_CONFIG, GET_FILTER_CONFIG.
+//! Parts of each scan that the radio sends: SET_FILTER_CONFIG, GET_FILTER_CONFIG.
 
 use super::fields::Fields;
 use super::status_code::StatusCode;

@@ -1,9 +1,9 @@
 //! Every message of the radio's MRM interface, between bytes and fields.
 //!
-//! All fields are big-endian; each message begins with its type and an id that a confirm repeats of
-//! its request. Each type has one length, and every byte is kept, reserved fields and unused places
-//! included: what is decoded encodes to the same bytes. Types and lengths follow
-//! [`acerra_radar::mrm::MessageType`]; SCAN_INFO headers are decoded by the reader of captures.
+//! All fields are big-endian; each message begins with its type and an id that a confirm repeats of its
+//! request. Each type has one length, and every byte is kept, reserved fields and unused places included:
+//! decoding and encoding give the same bytes. Types and lengths follow [`acerra_radar::mrm::MessageType`];
+//! SCAN_INFO headers are decoded by the reader of captures.
 
 mod configuration;
 mod control;
@@ -56,13 +56,13 @@ pub enum Message {
     ControlRequest(ControlRequest),
     /// Whether they were started or stopped.
     ControlConfirm(StatusCode),
-    /// Sets what is sent of each scan.
+    /// Sets the parts of each scan that are sent.
     SetFilterConfigRequest(FilterConfig),
     /// Whether it was set.
     SetFilterConfigConfirm(StatusCode),
-    /// Asks what is sent of each scan.
+    /// Requests the parts of each scan that are sent.
     GetFilterConfigRequest,
-    /// What is sent of each scan.
+    /// Parts of each scan that are sent.
     GetFilterConfigConfirm(FilterConfirm),
     /// Detections of the motion filter.
     DetectionListInfo(Box<DetectionList>),

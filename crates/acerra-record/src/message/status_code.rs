@@ -1,4 +1,4 @@
-//! What the radio answers to a request.
+//! The radio's answer to a request.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What the radio is and how it does: GET_STATUSINFO.
+//! Identity and state of the radio: GET_STATUSINFO.
 
 use super::fields::Fields;
 use super::status_code::StatusCode;
@@ -51,7 +51,7 @@ impl StatusInfo {
         f64::from(self.temperature_quarter_c) / 4.0
     }
 
-    /// Version of the whole package as text; what is not printable ASCII is left out.
+    /// Version of the whole package as text, without characters that are not printable ASCII.
     #[must_use]
     pub fn package(&self) -> String {
         self.package_version

@@ -11,8 +11,8 @@ use super::stamp::{MAX_STAMP_BYTES, PulseStamp, StampError};
 use crate::host::HostClock;
 use crate::link::StampPairing;
 
-/// How often a device is looked at: each of its pulses is seen, and what the calendar clock gains on the
-/// host clock between pulse and look is small.
+/// Interval of reading a device: each of its pulses is seen, and the calendar clock's gain on the host clock
+/// between pulse and reading is small.
 pub const POLL_EVERY: Duration = Duration::from_millis(50);
 /// Attempts to read both clocks together, and the time between two readings that is good enough, ns.
 const ATTEMPTS: usize = 8;
@@ -50,7 +50,7 @@ pub enum PpsError {
     },
 }
 
-/// What a look at a device found.
+/// Result of reading a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Poll {
     /// No pulse since the last look.
@@ -76,8 +76,8 @@ pub struct PpsSource {
 }
 
 impl PpsSource {
-    /// Opens `/dev/ppsN`, `/sys/class/pps/ppsN/assert`, or a file of the latter's content. What it shows now
-    /// is no pulse yet: it may be of any time.
+    /// Opens `/dev/ppsN`, `/sys/class/pps/ppsN/assert`, or a file of the latter's content. The stamp found at
+    /// opening is not used: it may be of any time.
     ///
     /// # Errors
     /// A file that cannot be read, or holds something else.
@@ -92,8 +92,9 @@ impl PpsSource {
         })
     }
 
-    /// How long the wire stays high after the edge of `stamp`, where the device stamps both edges; pulses are
-    /// short, so that clearly more than half a second means that the wire is inverted, or the wrong edge stamped.
+    /// Time for which the wire stays high after the edge of `stamp`, where the device stamps both edges;
+    /// pulses are short, so that clearly more than half a second means that the wire is inverted, or the
+    /// wrong edge stamped.
     #[must_use]
     pub fn inverted(&self, stamp: PulseStamp) -> Option<Duration> {
         if self.path.file_name()? != "assert" {
@@ -143,7 +144,7 @@ fn after(from: Duration, to: Duration) -> Duration {
     Duration::from_nanos((1_000_000_000 + to_ns - from_ns) % 1_000_000_000)
 }
 
-/// The file that shows the pulses of what was named.
+/// The file that shows the pulses of the named device.
 fn text_of(path: &Path) -> PathBuf {
     let device = path.to_str().and_then(|p| p.strip_prefix("/dev/"));
     let is_pps = |name: &&str| {

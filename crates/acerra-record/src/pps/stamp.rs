@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-/// Longest text of a stamp that is looked at, bytes; the kernel's are 32 at most.
+/// Longest text of a stamp that is read, bytes; the kernel's are 32 at most.
 pub const MAX_STAMP_BYTES: usize = 64;
 /// Digits of nanoseconds.
 const NANOSECOND_DIGITS: usize = 9;
@@ -120,7 +120,7 @@ impl Fields<'_> {
         Ok(())
     }
 
-    /// A number of so many digits; 64 bits hold eleven.
+    /// A number of a given number of digits; 64 bits hold eleven.
     fn number(
         &mut self,
         expected: &'static str,

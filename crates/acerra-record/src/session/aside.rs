@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::finish_error::FinishError;
 use crate::log::sync_folder;
 
-/// A file being written aside, in the same directory, and removed unless it is published. What a killed run leaves
-/// there is written over by the next.
+/// A staging file in the same directory, removed unless it is published. The staging file of a killed run is
+/// overwritten by the next.
 pub(super) struct AsideFile {
     path: PathBuf,
     aside: PathBuf,

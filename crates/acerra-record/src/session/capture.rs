@@ -69,7 +69,7 @@ impl<W: Write> CaptureWriter<W> {
         }
     }
 
-    /// A message body that came at `at_ns`; what is no scan is not part of a capture.
+    /// A message body received at `at_ns`; messages other than scans are not part of a capture.
     ///
     /// # Errors
     /// If the output fails.
@@ -110,7 +110,7 @@ impl<W: Write> CaptureWriter<W> {
                 self.newest_id = header.message_id;
                 return Some(self.newest);
             }
-            // Numbers may have wrapped over a long gap: what is new lies ahead.
+            // Numbers may have wrapped over a long gap: a new number counts as later.
             Standing::New if ahead < 0 => {
                 self.newest += 1;
                 self.newest_id = header.message_id;
@@ -139,12 +139,13 @@ impl<W: Write> CaptureWriter<W> {
         Ok(())
     }
 
-    /// When the first message of each scan came, since this was last asked.
+    /// Times of arrival of each scan's first message, since the last call.
     pub fn take_arrivals(&mut self) -> ArrivalTimes {
         std::mem::take(&mut self.arrivals)
     }
 
-    /// Writes what is left. Returns the output, and how many messages came too late to be put in their place.
+    /// Writes the remaining scans. Returns the output, and the number of messages that arrived too late for
+    /// their place.
     ///
     /// # Errors
     /// If the output fails.

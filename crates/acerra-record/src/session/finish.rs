@@ -1,4 +1,4 @@
-//! From a session's log to what `focus` takes: a capture, the receiver's bytes, the clock, a campaign.
+//! From a session's log to the inputs of `focus`: a capture, the receiver's bytes, the clock, a campaign.
 
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -27,7 +27,7 @@ pub fn finish(directory: &Path) -> Result<Finished, FinishError> {
     if let (Some(traces), false) = (traces, log.gps.is_empty()) {
         write_clock(directory, &log, &traces, &mut finished)?;
     } else if log.session.gnss.is_some() {
-        let remark = "no GPS epoch in the log: trace times are those of the radio alone";
+        let remark = "no GPS epoch in the log: trace times are by the radio alone";
         finished.remarks.push(remark.to_owned());
     }
     let text = campaign_text(&log.session, &finished);

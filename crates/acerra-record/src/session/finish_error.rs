@@ -28,7 +28,7 @@ pub enum FinishError {
         /// Why it cannot be read.
         cause: LogReadError,
     },
-    /// The log holds no session, or one that cannot be.
+    /// The log holds no session, or an invalid one.
     #[error("{}: the settings in the log: {cause}", path.display())]
     Settings {
         /// The log.

@@ -7,7 +7,7 @@ use acerra_gnss::ubx::{FixState, fix_state, is_solution};
 /// its fix itself, that counts.
 const SOLUTION_HOLDS_S: f64 = 3.0;
 
-/// The receiver's own word where it gives it, or else the satellites that it measures.
+/// The receiver's own report where it gives one, or else the satellites that it measures.
 #[derive(Debug)]
 pub struct FixSource {
     solution_s: f64,

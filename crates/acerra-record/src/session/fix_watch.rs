@@ -37,7 +37,7 @@ impl FixWatch {
         }
     }
 
-    /// What the receiver last said, where it said anything.
+    /// The receiver's last report, if any.
     pub fn latest(&self) -> Option<Fix> {
         self.latest
     }
@@ -49,15 +49,15 @@ impl FixWatch {
         self.frames.take(bytes, host_s, |frame, _| {
             states.extend(source.take(frame, host_s));
         });
-        let mut told = Vec::new();
+        let mut changes = Vec::new();
         for state in states {
-            told.extend(self.judge(&state, host_s));
+            changes.extend(self.judge(&state, host_s));
             let height = state.height_m;
-            told.extend(
+            changes.extend(
                 height.and_then(|[height_m, sigma_m]| self.window.take(height_m, sigma_m, host_s)),
             );
         }
-        told
+        changes
     }
 
     fn judge(&mut self, state: &FixState, host_s: f64) -> Option<Progress> {
@@ -111,7 +111,7 @@ mod tests {
         FixWatch::new(WindowWatch::new(&radio, &FlightSection::default()))
     }
 
-    /// RXM-RAWX with so many satellites.
+    /// RXM-RAWX with a number of satellites.
     fn measurements(satellites: u8) -> Vec<u8> {
         let mut payload = vec![0; 16 + 32 * usize::from(satellites)];
         payload[11] = satellites;
@@ -132,36 +132,36 @@ mod tests {
     }
 
     /// Notes and warnings for messages that come each 0.2 s.
-    fn told(watch: &mut FixWatch, from_s: f64, to_s: f64, message: &[u8]) -> Vec<String> {
+    fn reported(watch: &mut FixWatch, from_s: f64, to_s: f64, message: &[u8]) -> Vec<String> {
         let steps = ((to_s - from_s) / 0.2).round() as i32;
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for k in 0..steps {
             for progress in watch.take(message, from_s + 0.2 * f64::from(k)) {
-                told.push(match progress {
+                reported.push(match progress {
                     Progress::Note(text) => text,
                     Progress::Warning(text) => format!("! {text}"),
                     Progress::Health(_) => unreachable!("a watch reports no health"),
                 });
             }
         }
-        told
+        reported
     }
 
     #[test]
     fn a_fix_that_is_lost_is_told_once_and_again_and_when_it_is_back() {
         let mut watch = watch();
-        let first = told(&mut watch, 0.0, 5.0, &measurements(9));
+        let first = reported(&mut watch, 0.0, 5.0, &measurements(9));
         assert_eq!(first, ["the GNSS receiver has a fix: 9 satellites"]);
         // Shorter than the time to a warning.
-        assert!(told(&mut watch, 5.0, 6.0, &measurements(3)).is_empty());
-        assert!(told(&mut watch, 6.0, 7.0, &measurements(8)).is_empty());
-        let lost = told(&mut watch, 7.0, 40.0, &measurements(2));
+        assert!(reported(&mut watch, 5.0, 6.0, &measurements(3)).is_empty());
+        assert!(reported(&mut watch, 6.0, 7.0, &measurements(8)).is_empty());
+        let lost = reported(&mut watch, 7.0, 40.0, &measurements(2));
         let text =
             |s| format!("! no GNSS fix for {s} s, 2 satellites: these scans will have no position");
         assert_eq!(lost, [text(2), text(32)]);
         let fix = watch.latest().unwrap();
         assert_eq!((fix.has_fix, fix.satellites), (false, 2));
-        let back = told(&mut watch, 40.0, 41.0, &measurements(7));
+        let back = reported(&mut watch, 40.0, 41.0, &measurements(7));
         assert_eq!(
             back,
             ["the GNSS receiver has a fix after 33 s without: 7 satellites"]
@@ -172,7 +172,7 @@ mod tests {
     fn the_receivers_own_word_counts_over_the_number_of_satellites() {
         let mut watch = watch();
         let both = [solution(0, 0.0), measurements(9)].concat();
-        let lost = told(&mut watch, 0.0, 4.0, &both);
+        let lost = reported(&mut watch, 0.0, 4.0, &both);
         assert_eq!(lost.len(), 1, "{lost:?}");
         assert!(lost[0].starts_with("! no GNSS fix for 2 s, 9 satellites"));
     }
@@ -180,10 +180,10 @@ mod tests {
     #[test]
     fn a_climb_out_of_the_window_is_told() {
         let mut watch = watch();
-        assert_eq!(told(&mut watch, 0.0, 2.0, &solution(3, 100.0)).len(), 1);
+        assert_eq!(reported(&mut watch, 0.0, 2.0, &solution(3, 100.0)).len(), 1);
         // The window holds echoes of the ground 13 m below.
-        assert!(told(&mut watch, 2.0, 8.0, &solution(3, 110.0)).is_empty());
-        let high = told(&mut watch, 8.0, 20.0, &solution(3, 131.0));
+        assert!(reported(&mut watch, 2.0, 8.0, &solution(3, 110.0)).is_empty());
+        let high = reported(&mut watch, 8.0, 20.0, &solution(3, 131.0));
         assert_eq!(
             high,
             [

@@ -4,7 +4,7 @@ use acerra_settings::{Rule, ValueError, check};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[live]`: the image of `acerra live`. What is absent is that of `[campaign]`, where it states it.
+/// `[live]`: the image of `acerra live`. Absent keys take the value of `[campaign]`, where it states one.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LiveSection {
@@ -25,10 +25,10 @@ pub struct LiveSection {
     /// Traces over which the background is averaged: the running mean counts each trace so many times less
     /// than the sum of those before it.
     pub background_traces: u32,
-    /// Traces that are waited for before the first is imaged: they begin the background, and tell where range
-    /// is zero unless that is stated.
+    /// Traces that are collected before the first is imaged: they start the background, and determine where
+    /// range is zero unless that is stated.
     pub first_traces: u32,
-    /// What of each trace is kept, about 2h/c (ns); by default as `[campaign.preprocess]` has it.
+    /// Interval of each trace that is kept, about 2h/c (ns); by default as in `[campaign.preprocess]`.
     pub gate_ns: Option<[f64; 2]>,
     /// Height above the image plane from which pulses are imaged (m); by default three quarters of `[flight]
     /// height_m`, or 0.5 without it.

@@ -36,7 +36,7 @@ pub(super) struct LogContent {
 
 /// An epoch of the receiver.
 pub(super) struct Epoch {
-    /// Start of the recording that it came in: each has a host clock of its own.
+    /// Start of the recording in which it arrived: each start has a separate host clock.
     pub start: usize,
     /// When it was.
     pub time: GpsTime,

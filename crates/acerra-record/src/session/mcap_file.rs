@@ -45,7 +45,7 @@ pub fn write_mcap(directory: &Path) -> Result<u64, FinishError> {
     while let Some(record) = reader.next_record().map_err(log_io)? {
         copying.take(&record).map_err(out_io)?;
     }
-    // A recording without a clock has no file of it.
+    // A recording without a clock has no clock file.
     if let Ok(text) = std::fs::read_to_string(directory.join(CLOCK_NAME)) {
         let at_ns = copying.latest_ns;
         copying
@@ -57,7 +57,7 @@ pub fn write_mcap(directory: &Path) -> Result<u64, FinishError> {
     Ok(messages)
 }
 
-/// Records on their way to messages.
+/// Records to be written as messages.
 struct Copying<W: io::Write> {
     out: McapWriter<W>,
     intake: Intake,
@@ -120,7 +120,7 @@ impl<W: io::Write> Copying<W> {
         }
     }
 
-    /// A pulse; what is no stamp is left out, as `finish` does.
+    /// A pulse; text that is no stamp is left out, as by `finish`.
     fn pulse(&mut self, at_ns: u64, payload: &[u8]) -> io::Result<()> {
         match PulseStamp::parse(payload) {
             Ok(stamp) => self.put(topic::CLOCK_PULSE, at_ns, &pulse(at_ns, stamp)),
@@ -153,6 +153,6 @@ fn began_ns(settings: &[u8]) -> u64 {
         .strip_prefix("# begun at ")
         .and_then(|rest| rest.split_whitespace().next())
         .and_then(|seconds| seconds.parse::<f64>().ok());
-    // Conversions saturate; what is no number is the beginning of 1970.
+    // Conversions saturate; a value that is not a number becomes the beginning of 1970.
     seconds.map_or(0, |seconds| (1e3 * seconds).round() as u64 * 1_000_000)
 }

@@ -1,4 +1,4 @@
-//! A session: settings, checks before the flight, recording, and the campaign made of it.
+//! A session: settings, checks before the flight, recording, and the campaign of the recording.
 
 mod aside;
 mod campaign;

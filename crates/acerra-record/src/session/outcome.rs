@@ -1,4 +1,4 @@
-//! The files of a session's directory, and what became of a session.
+//! The files of a session's directory, and the outcome of a session.
 
 use acerra_radar::LoggedClock;
 
@@ -10,7 +10,7 @@ pub const LOG_NAME: &str = "session.log";
 pub const CAPTURE_NAME: &str = "radar.mrm";
 /// Name of the receiver's bytes.
 pub const ROVER_NAME: &str = "rover.ubx";
-/// Name of the clock: that of the capture with another ending.
+/// Name of the clock: that of the capture with another extension.
 pub const CLOCK_NAME: &str = "radar.clock.json";
 /// Name of the campaign file.
 pub const CAMPAIGN_NAME: &str = "campaign.toml";
@@ -27,12 +27,12 @@ pub struct Finished {
     pub incomplete_scans: u64,
     /// Bytes of the receiver.
     pub gnss_bytes: u64,
-    /// What of the log is no record.
+    /// Bytes of the log outside records.
     pub damage: LogDamage,
     /// Whether the recording ended in order.
     pub ended_in_order: bool,
     /// The clock, where it is known.
     pub clock: Option<LoggedClock>,
-    /// What is missing for an image, or doubtful.
+    /// Data missing for an image, and doubts.
     pub remarks: Vec<String>,
 }

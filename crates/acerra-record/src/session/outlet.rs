@@ -1,4 +1,4 @@
-//! The way from the instruments' threads to the one that writes the log.
+//! Channel from the instruments' threads to the thread that writes the log.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -10,7 +10,7 @@ use crate::log::Record;
 /// Records that wait for a slow disk: 12 MB of scans, 20 s of usual ones.
 const QUEUE_RECORDS: usize = 8_192;
 
-/// What the instruments' threads send.
+/// Messages of the instruments' threads.
 pub(super) enum Item {
     Record(Record),
     Progress(Progress),
@@ -35,7 +35,7 @@ impl Shared {
     }
 }
 
-/// What an instrument's thread sends by.
+/// Sender of an instrument's thread.
 #[derive(Clone)]
 pub(super) struct Outlet {
     send: SyncSender<Item>,
@@ -43,7 +43,7 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// An outlet, and the end that everything sent by it comes out of.
+    /// A sender, and the receiver of everything sent by it.
     pub fn new(shared: &Arc<Shared>) -> (Self, Receiver<Item>) {
         let (send, receive) = sync_channel(QUEUE_RECORDS);
         let shared = Arc::clone(shared);

@@ -8,12 +8,12 @@ use crate::driver::{SAMPLE_QUANTUM, window_samples};
 /// Time that a P440 takes for 96 samples and one pulse (s): 21.573 ms for 1152 samples at PII 11, as
 /// fast as possible, in the flight of 2019.
 const QUANTUM_PULSE_S: f64 = 21.573e-3 / (12.0 * 2048.0);
-/// Delay of range zero in the radio and its cables where nothing is known of it (ns).
+/// Delay of range zero in the radio and its cables where it is unknown (ns).
 const USUAL_DELAY_NS: [f64; 2] = [0.0, 30.0];
 /// Highest frequency of the band (Hz).
 const HIGHEST_HZ: f64 = 4.8e9;
 
-/// What is wrong with settings.
+/// Faults of settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Doubt {
     /// Whether the recording would be of no use.
@@ -39,7 +39,7 @@ pub(super) fn echo_ns(range_m: f64, delay_ns: f64) -> f64 {
     delay_ns + 1e9 * two_way_delay_s(range_m)
 }
 
-/// Doubts about the settings for the flight that is planned; what it does not state is not judged.
+/// Doubts about the settings for the planned flight; quantities that the plan does not state are not judged.
 #[must_use]
 pub fn doubts(radio: &RadioSection, flight: &FlightSection) -> Vec<Doubt> {
     let mut doubts = Vec::new();
@@ -86,8 +86,8 @@ pub fn doubts(radio: &RadioSection, flight: &FlightSection) -> Vec<Doubt> {
         doubt(
             false,
             format!(
-                "[radio] scan_interval_ms: {} ms asked for, and the window takes about {:.1} ms at integration index \
-                 {}",
+                "[radio] scan_interval_ms: {} ms stated, and the window takes about {:.1} ms at integration \
+                 index {}",
                 radio.scan_interval_ms,
                 1e3 * shortest_s,
                 radio.integration_index

@@ -9,7 +9,7 @@ use crate::driver::LinkCounts;
 pub enum Progress {
     /// What happened, in words.
     Note(String),
-    /// Something is wrong: worth a beep.
+    /// A fault: worth a beep.
     Warning(String),
     /// The state, about once a second.
     Health(Health),

@@ -1,4 +1,4 @@
-//! The thread of the pulses per second: each into the log, and warnings of what is wrong with them.
+//! The thread of the pulses per second: writes each to the log, and warns of faults.
 
 use std::time::{Duration, Instant};
 
@@ -18,9 +18,9 @@ pub(super) struct PulseLoop {
     /// The fault last reported, while the fault lasts.
     trouble: Option<Trouble>,
     /// Whether a pulse without host time was reported.
-    is_step_told: bool,
+    is_step_reported: bool,
     /// Whether an inverted wire was reported.
-    is_inverted_told: bool,
+    is_inversion_reported: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -37,8 +37,8 @@ impl PulseLoop {
             out,
             latest: Instant::now(),
             trouble: None,
-            is_step_told: false,
-            is_inverted_told: false,
+            is_step_reported: false,
+            is_inversion_reported: false,
         }
     }
 
@@ -56,7 +56,7 @@ impl PulseLoop {
                     host_ns,
                     missed,
                 }) => self.hear(stamp, host_ns, missed),
-                Err(fault) => self.tell(Trouble::Unreadable, fault.to_string()),
+                Err(fault) => self.report(Trouble::Unreadable, fault.to_string()),
             };
         }
     }
@@ -68,26 +68,26 @@ impl PulseLoop {
             health.missed_pulses += u64::from(missed);
         });
         if self.trouble.take().is_some() {
-            let told = Progress::Note("pulses per second come again".to_owned());
-            if !self.out.say(told) {
+            let message = Progress::Note("pulses per second come again".to_owned());
+            if !self.out.say(message) {
                 return false;
             }
         }
-        if !self.is_inverted_told
+        if !self.is_inversion_reported
             && let Some(high) = self.source.inverted(stamp)
         {
-            self.is_inverted_told = true;
-            let told = Progress::Warning(format!(
+            self.is_inversion_reported = true;
+            let message = Progress::Warning(format!(
                 "the pulse per second is high for {:.2} s of each second: the wire is inverted, or the wrong edge is \
                  stamped (assert_falling_edge of pps-gpio), and GPS time off by the pulse's width",
                 high.as_secs_f64()
             ));
-            if !self.out.say(told) {
+            if !self.out.say(message) {
                 return false;
             }
         }
         let Some(at_ns) = host_ns else {
-            return self.tell_step();
+            return self.report_step();
         };
         self.out.record(Record {
             kind: RecordKind::Pulse,
@@ -97,8 +97,8 @@ impl PulseLoop {
     }
 
     /// The calendar clock, which the kernel stamps pulses by, was set.
-    fn tell_step(&mut self) -> bool {
-        if std::mem::replace(&mut self.is_step_told, true) {
+    fn report_step(&mut self) -> bool {
+        if std::mem::replace(&mut self.is_step_reported, true) {
             return true;
         }
         let text = "the computer's calendar clock is being set: pulses about that are not used";
@@ -112,11 +112,11 @@ impl PulseLoop {
         }
         let path = self.source.path().display();
         let text = format!("no pulse at {path} for {} s", since.as_secs());
-        self.tell(Trouble::Silent, text)
+        self.report(Trouble::Silent, text)
     }
 
     /// Reports a fault once.
-    fn tell(&mut self, trouble: Trouble, text: String) -> bool {
+    fn report(&mut self, trouble: Trouble, text: String) -> bool {
         let is_new = self.trouble.replace(trouble) != Some(trouble);
         !is_new || self.out.say(Progress::Warning(text))
     }

@@ -1,4 +1,4 @@
-//! The radio's thread: its messages into the log, and warnings of what is wrong with them.
+//! The radio's thread: writes its messages to the log, and warns of faults.
 
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,7 @@ pub(super) struct RadioLoop {
 }
 
 impl RadioLoop {
-    /// A loop over a radio that scans, each `interval_s` if that was asked for.
+    /// A loop over a radio that scans, with `interval_s` if one was set.
     pub fn new(
         watched: Watched<Box<dyn Link + Send>>,
         interval_s: f64,
@@ -67,7 +67,7 @@ impl RadioLoop {
         )))
     }
 
-    /// Passes on what comes until the recording is over, and stops the radio.
+    /// Passes on messages until the recording is over, and stops the radio.
     pub fn run(mut self, announced: String) {
         let config = self.watched.config();
         let begun = self.out.say(Progress::Note(announced)) && self.config_record();
@@ -89,7 +89,7 @@ impl RadioLoop {
             {
                 is_slow_told = true;
                 self.out.say(Progress::Warning(format!(
-                    "the radio makes a scan each {:.1} ms; {:.1} ms were asked for",
+                    "the radio makes a scan each {:.1} ms; {:.1} ms were set",
                     1e3 * interval_s,
                     1e3 * self.interval_s
                 )));

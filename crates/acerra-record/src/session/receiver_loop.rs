@@ -1,4 +1,4 @@
-//! The receiver's thread: its bytes into the log, and warnings of what is wrong with them.
+//! The receiver's thread: writes its bytes to the log, and warns of faults.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use crate::gnss::ByteSource;
 use crate::host::HostClock;
 use crate::log::{Record, RecordKind};
 
-/// Time in which bytes on their way are taken in at the end.
+/// Time in which bytes in transit are read at the end.
 const LAST_BYTES: Duration = Duration::from_millis(500);
 /// Time between attempts to reach a receiver that is gone.
 const RETRY: Duration = Duration::from_millis(500);
@@ -47,8 +47,8 @@ impl ReceiverLoop {
         }
     }
 
-    /// Passes on `heard`, which came while the receiver was configured, and what comes until the recording
-    /// is over.
+    /// Passes on `heard`, the bytes received while the receiver was configured, and further bytes until the
+    /// recording is over.
     pub fn run(mut self, heard: Vec<Record>) {
         let heard = heard.into_iter().filter(|r| !r.payload.is_empty());
         if !heard.into_iter().all(|record| self.keep(record)) {
@@ -58,7 +58,7 @@ impl ReceiverLoop {
         let mut ended: Option<Instant> = None;
         loop {
             if self.out.has_ended() {
-                // What is on its way is still taken in.
+                // Bytes in transit are still read.
                 let since = *ended.get_or_insert_with(Instant::now);
                 if since.elapsed() > LAST_BYTES {
                     return;
@@ -85,13 +85,13 @@ impl ReceiverLoop {
 
     /// Sends a record, and the fix reported in the record's bytes.
     fn keep(&mut self, record: Record) -> bool {
-        let told = self.fix.take(&record.payload, 1e-9 * record.at_ns as f64);
+        let changes = self.fix.take(&record.payload, 1e-9 * record.at_ns as f64);
         let (bytes, fix) = (record.payload.len() as u64, self.fix.latest());
         self.out.update(|health| {
             health.gnss_bytes += bytes;
             health.fix = fix;
         });
-        self.out.record(record) && told.into_iter().all(|progress| self.out.say(progress))
+        self.out.record(record) && changes.into_iter().all(|progress| self.out.say(progress))
     }
 
     /// Notices a silence, of which the recorder warns.

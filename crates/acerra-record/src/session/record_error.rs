@@ -30,7 +30,7 @@ pub enum RecordError {
     /// The pulses per second.
     #[error(transparent)]
     Pps(#[from] PpsError),
-    /// The session does not say where an instrument is.
+    /// The session does not state the address of an instrument.
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// The log.

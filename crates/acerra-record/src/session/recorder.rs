@@ -29,7 +29,7 @@ use crate::pps::PpsSource;
 /// Time that the instruments' threads have to end by themselves.
 const LONGEST_END: Duration = Duration::from_secs(10);
 
-/// What is recorded, and where.
+/// The instruments to record, and the directory.
 pub struct Recorder<'a> {
     /// The session.
     pub session: &'a Session,
@@ -43,8 +43,8 @@ pub struct Recorder<'a> {
     pub requests: RequestOptions,
     /// When the radio counts as silent.
     pub watch: WatchOptions,
-    /// Who else gets what is written to the log, as it is written; the receiver then sends its own solution
-    /// with each measurement.
+    /// Further receiver of the records, as they are written; the receiver then sends its own solution with
+    /// each measurement.
     pub tap: Option<Tap>,
 }
 
@@ -52,8 +52,7 @@ impl Recorder<'_> {
     /// Records until stopped, reporting progress to `follow`. An interrupted session is continued.
     ///
     /// # Errors
-    /// Instruments that cannot be set up; a log that cannot be written. What was written before is
-    /// kept.
+    /// Instruments that cannot be set up; a log that cannot be written. Data written before are kept.
     pub fn run(&self, follow: &mut dyn FnMut(Progress)) -> Result<Health, RecordError> {
         let clock = HostClock::start();
         let (mut log, damage) = self.open_log()?;
@@ -221,7 +220,7 @@ fn end(shared: &Shared, receive: Receiver<Item>, threads: Vec<JoinHandle<()>>) {
     // A full queue would hold the threads back.
     drop(receive);
     for thread in threads {
-        // A thread that panicked has said so itself.
+        // A thread that panicked has printed its message.
         let _ = thread.join();
     }
 }
@@ -242,13 +241,14 @@ struct Writing<'a> {
 const WARN_EVERY: Duration = Duration::from_secs(10);
 
 impl Writing<'_> {
-    /// Writes what the instruments' threads send until the recording is over and they have ended.
+    /// Writes the messages of the instruments' threads until the recording is over and the threads have
+    /// ended.
     fn until_over(
         &mut self,
         receive: &Receiver<Item>,
         is_over: &dyn Fn() -> bool,
     ) -> Result<(), LogWriteError> {
-        let mut told = Instant::now();
+        let mut reported = Instant::now();
         let mut ended_since: Option<Instant> = None;
         loop {
             match receive.recv_timeout(Duration::from_millis(100)) {
@@ -258,7 +258,7 @@ impl Writing<'_> {
             }
             if is_over() {
                 self.shared.end();
-                // The threads end by themselves; what they still send is taken in.
+                // The threads end by themselves; their last messages are still read.
                 let since = *ended_since.get_or_insert_with(Instant::now);
                 if since.elapsed() > LONGEST_END {
                     return Ok(());
@@ -266,8 +266,8 @@ impl Writing<'_> {
             } else {
                 self.warn_of_silence()?;
             }
-            if told.elapsed() >= Duration::from_secs(1) {
-                told = Instant::now();
+            if reported.elapsed() >= Duration::from_secs(1) {
+                reported = Instant::now();
                 let health = self.health();
                 (self.follow)(Progress::Health(health));
             }

@@ -24,7 +24,7 @@ pub(super) struct TraceTime {
 pub(super) struct SessionClock {
     /// The clock, or why there is none.
     pub clock: Result<LoggedClock, TimingError>,
-    /// On what it rests, where there are pulses or marks.
+    /// Its source, where there are pulses or marks.
     pub remarks: Vec<String>,
 }
 
@@ -102,8 +102,8 @@ fn told_of_pulses(pulsed: &PulsedClock, stated: Latency) -> Vec<String> {
     remarks
 }
 
-/// The stamps of the start of the recording that most traces came in: each start has a host clock of its
-/// own. Returns its number too.
+/// The stamps of the start of the recording in which most traces arrived, with its number: each start has a
+/// separate host clock.
 fn stamps_of(log: &LogContent, traces: &[TraceTime]) -> Option<(usize, Stamps)> {
     let pairs_of = |arrivals: &ArrivalTimes| -> Vec<Pair> {
         let pair = |trace: &TraceTime| {
@@ -148,7 +148,7 @@ impl Session {
         within_scan(radio, radio.mark_delay_ms, radio.mark_delay_sigma_ms)
     }
 
-    /// What all messages of the radio, and all epochs of the receiver, have in common.
+    /// Latency common to all messages of the radio, and to all epochs of the receiver.
     #[must_use]
     pub fn latencies(&self) -> [Latency; 2] {
         let radio = &self.radio;

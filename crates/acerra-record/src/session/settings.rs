@@ -29,7 +29,7 @@ pub struct Session {
     /// The image that forms while the recording goes on.
     #[serde(default)]
     pub live: LiveSection,
-    /// Tables of the campaign file that is written: what `focus` is to do with the recording.
+    /// Tables of the written campaign file: settings of `focus` for the recording.
     #[serde(default)]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub campaign: toml::Table,
@@ -51,22 +51,22 @@ pub struct RadioSection {
     pub integration_index: u16,
     /// 0 TxA/RxA, 1 TxB/RxB, 2 TxA/RxB, 3 TxB/RxA.
     pub antenna_mode: u8,
-    /// Transmit gain index, 0 to 63. What may be radiated is for the operator to keep: the law of the
-    /// place and the antenna decide.
+    /// Transmit gain index, 0 to 63. The operator is responsible for the legal limit of radiated power, which
+    /// depends on place and antenna.
     pub transmit_gain: u8,
     /// Code channel, 0 to 10.
     pub code_channel: u8,
     /// Interval between scans (ms); 0 is as fast as possible.
     pub scan_interval_ms: f64,
-    /// Time from the middle of a scan to its message at this computer (ms), where it was measured; by
-    /// default half the scan's estimated duration, to within what is left of it.
+    /// Time from the middle of a scan to its message at this computer (ms), if measured; by default half the
+    /// scan's estimated duration, with the remaining uncertainty.
     pub latency_ms: Option<f64>,
-    /// Standard deviation of that time (ms), where it was measured.
+    /// Standard deviation of that time (ms), if measured.
     pub latency_sigma_ms: Option<f64>,
-    /// Time from the radio's pulse on the receiver's EXTINT to the middle of the scan (ms), where it was
-    /// measured; by default half the scan's estimated duration, to within what is left of it.
+    /// Time from the radio's pulse on the receiver's EXTINT to the middle of the scan (ms), if measured; by
+    /// default half the scan's estimated duration, with the remaining uncertainty.
     pub mark_delay_ms: Option<f64>,
-    /// Standard deviation of that time (ms), where it was measured.
+    /// Standard deviation of that time (ms), if measured.
     pub mark_delay_sigma_ms: Option<f64>,
 }
 
@@ -109,8 +109,8 @@ pub struct GnssSection {
     /// Measurements in a second.
     #[serde(default = "default_rate_hz")]
     pub rate_hz: f64,
-    /// Time from a measurement to its first byte at this computer (ms), where it was measured. The
-    /// shortest delays cannot be told from data alone.
+    /// Time from a measurement to its first byte at this computer (ms), if measured. Data alone cannot
+    /// determine the shortest delay.
     #[serde(default)]
     pub latency_ms: f64,
     /// Standard deviation of that time (ms).
@@ -134,7 +134,7 @@ fn default_latency_sigma_ms() -> f64 {
     20.0
 }
 
-/// `[flight]`: what is planned, for what is checked before and during it.
+/// `[flight]`: the planned flight, for checks before and during it.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FlightSection {
@@ -146,7 +146,7 @@ pub struct FlightSection {
     pub speed_m_s: Option<f64>,
     /// Fast time at which range is zero (ns).
     pub delay_ns: Option<f64>,
-    /// Recording ends by itself after so many seconds.
+    /// Time after which recording ends by itself (s).
     pub stop_after_s: Option<f64>,
 }
 
@@ -157,10 +157,10 @@ pub enum SettingsError {
     /// Not TOML, an unknown key, or a value of the wrong form.
     #[error(transparent)]
     Syntax(#[from] SyntaxError),
-    /// A value outside what is possible.
+    /// A value outside its possible range.
     #[error(transparent)]
     Value(#[from] ValueError),
-    /// No way to an instrument, or two.
+    /// No address of an instrument, or two.
     #[error("[{table}]: expected either address or serial")]
     Way {
         /// The table.
@@ -237,8 +237,8 @@ impl Session {
         self.flight.check()
     }
 
-    /// The same with relative paths of `[campaign]` resolved in the session file's folder, so that
-    /// they hold from the recording's.
+    /// These settings with relative paths of `[campaign]` resolved in the session file's folder, so that they
+    /// are valid from the recording's.
     #[must_use]
     pub fn resolved_in(mut self, folder: &Path) -> Self {
         const PATHS: [(&str, &str); 5] = [
@@ -272,7 +272,7 @@ fn resolve(value: &mut toml::Value, folder: &Path) {
     }
 }
 
-/// The way to an instrument.
+/// The address of the instrument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way<'a> {
     /// Over the network.
@@ -302,7 +302,7 @@ impl RadioSection {
         way("radio", self.address, self.serial.as_deref())
     }
 
-    /// What the radio is set to.
+    /// Settings of the radio.
     #[must_use]
     pub fn setup(&self) -> Setup {
         let config = RadarConfig {

@@ -8,7 +8,7 @@ use crate::log::RecordKind;
 
 /// Time without a record after which an instrument counts as silent at least: the one who flies knows within 2 s.
 pub const LEAST_SILENCE: Duration = Duration::from_millis(1_500);
-/// So many times the longest interval seen between two records is a silence, for instruments that send seldom.
+/// Ratio of a silence to the longest interval seen between two records, for instruments that send seldom.
 const INTERVALS: u32 = 2;
 /// Records of an instrument before its intervals are known.
 const FIRST_RECORDS: u32 = 8;
@@ -22,7 +22,7 @@ pub struct Silence {
     pub instrument: &'static str,
     /// For how long (s).
     pub for_s: f64,
-    /// When it was last heard, by this computer's clock in UTC, such as `12:03:04`.
+    /// Last time of a message, by this computer's clock in UTC, such as `12:03:04`.
     pub last_heard_utc: String,
 }
 
@@ -38,7 +38,7 @@ impl std::fmt::Display for Silence {
     }
 }
 
-/// Watches when instruments were last heard.
+/// Watches the time since the instruments' last messages.
 #[derive(Clone, Debug, Default)]
 pub struct SilenceWatch {
     radio: Option<Heard>,
@@ -88,7 +88,7 @@ impl SilenceWatch {
         heard.last = heard.last.max(at);
     }
 
-    /// Instruments that have been heard before and are silent now.
+    /// Instruments that have sent messages before and are silent now.
     #[must_use]
     pub fn silent(&self, now: Instant) -> Vec<Silence> {
         let each = [
@@ -169,7 +169,7 @@ mod tests {
         }
         assert_eq!(watch.silent(at(4 * 19 + 7)), []);
         assert_eq!(watch.silent(at(4 * 19 + 9)).len(), 1);
-        // What was never heard is not silent.
+        // An instrument that never sent a message is not silent.
         assert_eq!(SilenceWatch::default().silent(at(100)), []);
     }
 

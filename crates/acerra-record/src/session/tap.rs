@@ -1,4 +1,4 @@
-//! A second way out of a recording, for who looks at it while it goes on.
+//! A second receiver of a recording's records, for observers during the recording.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,7 +17,7 @@ pub struct Tapped {
     pub came: Instant,
 }
 
-/// Hands out what a recording writes. Who takes too long loses records, which are counted; the recording
+/// Passes on the records of a recording. A slow receiver loses records, which are counted; the recording
 /// never waits.
 #[derive(Clone, Debug)]
 pub struct Tap {
@@ -26,7 +26,7 @@ pub struct Tap {
 }
 
 impl Tap {
-    /// A tap that holds so many records for the one who takes them from the end returned with it.
+    /// A tap that buffers this number of records for the receiver returned with it.
     #[must_use]
     pub fn new(records: usize) -> (Self, Receiver<Tapped>) {
         let (send, receive) = sync_channel(records);
@@ -34,7 +34,7 @@ impl Tap {
         (Self { send, missed }, receive)
     }
 
-    /// Records that were not taken in time, so far.
+    /// Number of records lost so far because the receiver was slow.
     #[must_use]
     pub fn missed(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.missed)

@@ -33,7 +33,7 @@ impl WindowWatch {
         }
     }
 
-    /// Takes a height and its standard deviation (m) at `host_s`; the first one is taken for the ground's.
+    /// Takes a height and its standard deviation (m) at `host_s`; the first height counts as the ground's.
     pub fn take(&mut self, height_m: f64, sigma_m: f64, host_s: f64) -> Option<Progress> {
         if sigma_m > MOST_SIGMA_M {
             return None;

@@ -76,7 +76,7 @@ impl ClockLine {
     }
 }
 
-/// The receiver's clock over the sender's, as if nothing were delayed by more than the shortest delay.
+/// The receiver's clock over the sender's, as if every delay were the shortest one.
 ///
 /// # Errors
 /// Too few pairs, pairs that span no time.
@@ -207,7 +207,7 @@ struct Through {
     middle_s: f64,
     value_s: f64,
     slope: f64,
-    /// Deviation of the blocks from it (s).
+    /// Deviation of the blocks from the line (s).
     deviation_s: f64,
     /// Root of the sum of squares of the blocks' times about their mean (s).
     spread_s: f64,

@@ -42,7 +42,7 @@ pub enum TimingError {
     },
 }
 
-/// What a session knows of the times of a run of scans.
+/// A session's data on the times of a run of scans.
 #[derive(Clone, Debug)]
 pub struct Stamps {
     /// Radar time (s, from the first trace) of each trace that came, and host time of its arrival.
@@ -51,7 +51,7 @@ pub struct Stamps {
     pub gps: Vec<(GpsTime, f64)>,
     /// Number and stamp of the first trace.
     pub first: (u16, u32),
-    /// What all messages of the radio and all epochs of the receiver have in common.
+    /// Latency common to all messages of the radio and to all epochs of the receiver.
     pub latency: [Latency; 2],
 }
 
@@ -101,7 +101,7 @@ impl Lines {
         Ok(Self { radio, gps, origin })
     }
 
-    /// The same with another line of GPS time.
+    /// These data with another line of GPS time.
     pub fn with_gps(&self, gps: ClockLine) -> Self {
         Self { gps, ..*self }
     }
@@ -140,7 +140,7 @@ impl Lines {
     }
 }
 
-/// Week and seconds of it, `after_s` behind `origin`; the seconds to the double's precision.
+/// Week and seconds of week, `after_s` after `origin`; the seconds to double precision.
 pub(super) fn week_and_tow(origin: GpsTime, after_s: f64) -> (i64, f64) {
     const WEEK_S: f64 = 604_800.0;
     let tow_s = origin.tow_s() + after_s;

@@ -1,10 +1,10 @@
 //! The radio's clock on GPS time by hardware time marks: pulses of the radio that the receiver stamps.
 //!
-//! A mark does not identify its scan. By the clock from times of arrival each mark lies some error
-//! away from its scan, the same for all but for jitter. Among the differences between every mark and every scan
-//! near the mark, the differences of matching pairs cluster, whatever marks or scans are lost and whatever else
-//! is stamped. Where scans are evenly spaced, differences lie together at every multiple of their interval:
-//! marks are used where only one such place is as near as the arrival clock is sure.
+//! A mark does not identify its scan. By the clock from times of arrival each mark differs from its scan by
+//! an error that is constant up to jitter. Among the differences between every mark and every scan near the
+//! mark, the differences of matching pairs therefore cluster, even if marks or scans are lost or other events
+//! are stamped. For evenly spaced scans there are clusters at every multiple of their interval: marks are
+//! used where only one cluster is within the uncertainty of the arrival clock.
 
 use acerra_geo::time::GpsTime;
 use acerra_radar::LoggedClock;
@@ -14,7 +14,7 @@ use super::fit::LEAST_PAIRS;
 use super::logged::{Latency, week_and_tow};
 use super::robust_line::{LinePair, RobustLine};
 
-/// Deviations of the arrival clock within which the marks are looked for.
+/// Deviations of the arrival clock within which the marks are searched.
 const REACH_SIGMAS: f64 = 4.0;
 /// Width in which differences lie together, as a share of the scans' interval, and at least (s).
 const WIDTH_SHARE: f64 = 0.125;
@@ -148,7 +148,7 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// By how much the marks are late against the arrival clock (s).
+    /// Delay of the marks against the arrival clock (s).
     fn shift_s(&self) -> Result<f64, MarkError> {
         let marks = self.mark_s.len();
         if marks < LEAST_PAIRS {
@@ -180,7 +180,7 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// How far from the arrival clock the marks are looked for (s).
+    /// Largest distance from the arrival clock at which the marks are searched (s).
     fn reach_s(&self) -> f64 {
         REACH_SIGMAS * self.sigma_s + self.width_s
     }
@@ -218,7 +218,7 @@ impl<'a> Pairing<'a> {
                 marks: end - begin,
             });
         }
-        // The fullest first; what lies near a fuller one is a part of it.
+        // The largest cluster first; one next to a larger cluster is a part of it.
         windows.sort_by_key(|window| std::cmp::Reverse(window.marks));
         let mut places: Vec<Place> = Vec::new();
         for window in windows {

@@ -8,14 +8,14 @@ use super::fit::LEAST_PAIRS;
 pub(super) const LEAST_SHARE: f64 = 0.75;
 /// Largest scatter of pulses (s): USB looks at a wire each millisecond at worst, interrupts at once.
 pub(super) const MOST_SCATTER_S: f64 = 1e-3;
-/// Largest deviation of the host's clock from a line (s): that of an oscillator that gains 5 ppm over ten minutes
-/// is half of it.
+/// Largest deviation of the host's clock from a line (s): an oscillator whose rate changes by 5 ppm over ten
+/// minutes reaches half of this.
 pub(super) const MOST_WANDER_S: f64 = 0.25e-3;
 
 /// A pulse as it was recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// The kernel's number of it.
+    /// Its number by the kernel.
     pub sequence: u32,
     /// Host clock at its edge (s).
     pub host_s: f64,
@@ -83,9 +83,9 @@ pub enum PulseError {
     },
     /// Epochs would be sent before they are measured.
     #[error(
-        "the receiver's first byte would come {:.1} ms before the pulse of its second, which cannot be: the kernel \
-         stamps the pulse's other edge (an inverted wire is late by the pulse's width), or the pulses are not those \
-         of GPS time",
+        "the receiver's first byte would come {:.1} ms before the pulse of its second, which is impossible: \
+         the kernel stamps the pulse's other edge (an inverted wire is late by the pulse's width), or the \
+         pulses are not those of GPS time",
         -1e3 * latency_s
     )]
     Early {
@@ -101,7 +101,7 @@ pub enum PulseError {
     Late {
         /// Latency of the receiver by the pulses (s).
         latency_s: f64,
-        /// The longest believed (s).
+        /// The longest accepted latency (s).
         limit_s: f64,
     },
     /// The pulses cover too little of the recording: clocks wander.
@@ -122,7 +122,7 @@ pub enum PulseError {
     Rate {
         /// Difference (10⁻⁶).
         found_ppm: f64,
-        /// Largest difference believed (10⁻⁶).
+        /// Largest accepted difference (10⁻⁶).
         limit_ppm: f64,
     },
 }

@@ -8,18 +8,19 @@ use super::logged::{Latency, Lines, Stamps, TimingError};
 use super::pulse::{Pulse, PulseError};
 use super::pulses::PulseLine;
 
-/// Standard deviation of the time from a pulse's edge to the kernel's stamp (s), where the stamps scatter less.
-/// Interrupts of a Raspberry Pi are stamped within some microseconds (rascol.github.io, PPS-Client); slower
-/// and busier boards take several times that.
+/// Standard deviation of the time from a pulse's edge to the kernel's stamp (s), where the stamps scatter
+/// less. Interrupts of a Raspberry Pi are stamped within some microseconds (rascol.github.io, PPS-Client);
+/// slower and busier boards need several times that.
 const INTERRUPT_SIGMA_S: f64 = 50e-6;
-/// How far a receiver's time tags lie from GPS time at most (s): receivers keep their clocks within a millisecond.
+/// Largest difference of a receiver's time tags from GPS time (s): receivers keep their clocks within a
+/// millisecond.
 const TIME_TAG_S: f64 = 1e-3;
-/// Longest latency that is believed of receivers that measure more often (s): they may still compute one
-/// epoch when the next is measured.
+/// Longest accepted latency of receivers that measure more often (s): they may still compute one epoch when
+/// the next is measured.
 const LEAST_LIMIT_S: f64 = 0.1;
 /// Difference of rate that is not judged (10⁻⁶): a latency that grows with the satellites in view looks like one.
 const RATE_PPM: f64 = 10.0;
-/// How much farther from a line the ends of a recording are than its means deviate from it.
+/// Ratio of the ends' deviation from a line to that of the means of a recording.
 const WANDER_ENDS: f64 = 3.0;
 /// Share of the recording that the pulses must span.
 const LEAST_SPAN: f64 = 0.5;
@@ -47,7 +48,7 @@ pub struct PulsedClock {
     pub shortest_latency_s: f64,
     /// Its median (s of GPS time).
     pub median_latency_s: f64,
-    /// Whether that is what the session states of it.
+    /// Whether the session states this latency.
     pub is_as_stated: bool,
     /// Scatter of the pulses about their line (s).
     pub scatter_s: f64,
@@ -59,8 +60,8 @@ pub struct PulsedClock {
     pub without_fix: usize,
 }
 
-/// The clock of these stamps where GPS time comes from `pulses`, in the order they came, instead of the
-/// receiver's times of arrival.
+/// The clock of these stamps with GPS time by `pulses`, in order of arrival, instead of the receiver's times
+/// of arrival.
 ///
 /// # Errors
 /// Stamps that determine no clock; pulses that are too few or contradict the receiver's epochs.

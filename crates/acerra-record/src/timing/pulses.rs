@@ -3,7 +3,7 @@
 //! A pulse does not identify its second; the clock by times of arrival must identify the second. Pulses of a
 //! locked receiver lie at one phase of that clock's second: the phase of most edges gives the receiver's
 //! latency, and an edge at another phase is no pulse. The kernel numbers edges: where it counted more edges
-//! than seconds went by, one was doubled, and its stamp may be of the later edge.
+//! than seconds passed, one edge was doubled, and its stamp may be of the later edge.
 
 use acerra_geo::time::GpsTime;
 
@@ -14,8 +14,8 @@ use super::robust_line::{LinePair, RobustLine};
 
 /// Deviations of the arrival clock that must be less than half a second.
 const SURE_SIGMAS: f64 = 4.0;
-/// Distance from their common phase within which pulses are looked at more closely (s): far more than
-/// pulses scatter, far less than a pulse is wide.
+/// Distance from their common phase within which pulses are examined (s): far more than the scatter of
+/// pulses, far less than the width of a pulse.
 const GATE_S: f64 = 0.01;
 /// Deviations from the median line beyond which a pulse is outlying, and the least such distance (s).
 const OUTLYING: f64 = 6.0;
@@ -26,7 +26,7 @@ const LEAST_OUTLYING_S: f64 = 10e-6;
 pub(super) struct PulseLine {
     /// Host clock over GPS seconds after the origin.
     pub line: RobustLine,
-    /// From the first pulse on it to the last (s).
+    /// From the first pulse of the line to the last (s).
     pub span_s: f64,
     /// Pulses with a fix that are not on the line.
     pub outlying: usize,
@@ -38,7 +38,7 @@ pub(super) struct PulseLine {
 
 impl PulseLine {
     /// The line of the pulses, `arrivals` being the host's clock at first bytes over GPS seconds after
-    /// `origin`, and `latency` what is known of the time from an epoch to its first byte.
+    /// `origin`, and `latency` the prior of the time from an epoch to its first byte.
     pub fn through(
         pulses: &[Pulse],
         arrivals: &ClockLine,
@@ -148,7 +148,7 @@ impl Seconds<'_> {
         line.at_s + (host_s + self.latency.delay_s - line.reads_s) / line.rate
     }
 
-    /// The pulses at the phase of the second at which most of them lie, each with its second after the
+    /// The pulses at the phase of the second at which most of them are, each with its second after the
     /// origin; of several in a second the one nearest to that phase.
     fn at_one_phase(&self, pulses_s: &[f64]) -> Vec<LinePair> {
         // The origin itself may lie within a second.
@@ -180,7 +180,7 @@ impl Seconds<'_> {
     }
 }
 
-/// The middle of the densest part, so far to either side, of the phases within a second.
+/// The middle of the densest interval of this half width among the phases within a second.
 fn most_common_phase_s(seconds: &[f64], reach_s: f64) -> f64 {
     let mut phases_s: Vec<f64> = seconds.iter().map(|s| s - s.round()).collect();
     phases_s.sort_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 
 use super::fit::LEAST_PAIRS;
 
-/// Residuals beyond so many deviations are of something else, and the least deviation (s).
+/// Deviations beyond which a residual is an outlier, and the least deviation (s).
 const OUTLYING: f64 = 4.0;
 const RESOLUTION_S: f64 = 1e-7;
 /// Share of the pairs that may be outlying.
@@ -34,8 +34,8 @@ pub(super) struct RobustLine {
     pub sigma_slope: f64,
     /// Scatter of the pairs used about the line (s).
     pub scatter_s: f64,
-    /// Deviation of the means over blocks beyond what the scatter explains (s): how far the clocks are from a
-    /// line. 0 where there are few blocks.
+    /// Deviation of the means over blocks beyond what the scatter explains (s): the departure of the clocks
+    /// from a line. 0 for few blocks.
     pub wander_s: f64,
     /// Root of the sum of squares of the times about their middle (s).
     spread_s: f64,
@@ -97,8 +97,8 @@ impl RobustLine {
         })
     }
 
-    /// The same with the deviation of its value: by the residuals' scatter, or by that of their means over
-    /// blocks, where they are correlated.
+    /// The line with the deviation of its value: by the residuals' scatter, or by that of their means over
+    /// blocks, where residuals are correlated.
     fn with_deviation(self, pairs: &[LinePair]) -> Self {
         let residuals_s: Vec<f64> = pairs.iter().map(|p| self.residual_s(p)).collect();
         let n = residuals_s.len() as f64;

@@ -24,7 +24,7 @@ use super::path::{Flight, Pose, STEP_S};
 pub struct GivenFlight {
     /// The file; relative paths are relative to the scene file.
     pub file: PathBuf,
-    /// The part that counts as the track: seconds after the first position. All of it by default.
+    /// The part that counts as the track: seconds after the first position. By default all of it.
     #[serde(default)]
     pub on_track_s: Option<[f64; 2]>,
 }
@@ -149,7 +149,7 @@ impl Flight {
             if east.hypot(north) >= SLOW_M_S {
                 heading = Attitude::from_heading(east.atan2(north));
                 if headless {
-                    // What it looked at before it first moved is anybody's guess: ahead.
+                    // The direction before the first motion is unknown: forward along the later path.
                     poses
                         .iter_mut()
                         .for_each(|p: &mut Pose| p.attitude = heading);

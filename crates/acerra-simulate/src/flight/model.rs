@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// `[flight]` of a scene file: one straight track, flown by hand.
 ///
-/// The craft stands at its take-off point, climbs, flies along the track's line with a run-in and
-/// a run-out, descends and stands again. Positions are those of the positioned point (the GNSS
-/// antenna), east, north, up.
+/// The craft rests at its take-off point, climbs, flies along the track's line with a run-in and a run-out,
+/// descends and rests again. Positions are those of the positioned point (the GNSS antenna), east, north, up.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlightModel {
@@ -32,7 +31,7 @@ pub struct FlightModel {
     /// Time on the ground before take-off and after landing (s).
     #[serde(default = "default_ground_time_s")]
     pub ground_time_s: f64,
-    /// Height of the positioned point while the craft stands (m).
+    /// Height of the positioned point while the craft is on the ground (m).
     #[serde(default = "default_ground_height_m")]
     pub ground_height_m: f64,
     /// Length of the run-in and the run-out (m).

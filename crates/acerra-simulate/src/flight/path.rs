@@ -83,7 +83,7 @@ impl Flight {
         for k in 0..count {
             #[expect(clippy::cast_precision_loss, reason = "a count of steps")]
             let time_s = k as f64 * STEP_S;
-            // On the ground nothing wanders; in the air everything does.
+            // On the ground the wander is zero; in the air it has its full size.
             let airborne = plan.airborne(time_s);
             let [da, dc, du] = [0, 1, 2].map(|i| airborne * wander[i].step(&mut rng));
             let [roll, pitch, yaw] = [0, 1, 2].map(|i| airborne * tilt[i].step(&mut rng));
@@ -194,7 +194,7 @@ impl Timetable {
         self.ground_height_m + (self.height_m - self.ground_height_m) * self.airborne(time_s)
     }
 
-    /// Way along the track's line, 0 at its start: uniformly accelerated, even, slowed.
+    /// Distance along the track's line, 0 at its start: uniformly accelerated, even, slowed.
     fn progress_m(&self, time_s: f64) -> f64 {
         let [start, end] = self.on_track_s;
         if time_s < start {

@@ -1,4 +1,4 @@
-//! Smooth random motion: what wind and a pilot's hand add to an intended path.
+//! Smooth random motion: departures from an intended path by wind and the pilot.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -15,8 +15,8 @@ pub struct Wander {
 }
 
 impl Wander {
-    /// A process of standard deviation `sigma` that forgets itself in about `time_s`, started
-    /// from its stationary distribution, in steps of `step_s`.
+    /// A process of standard deviation `sigma` with correlation time `time_s`, started from its stationary
+    /// distribution, in steps of `step_s`.
     #[must_use]
     pub fn new(sigma: f64, time_s: f64, step_s: f64, rng: &mut ChaCha8Rng) -> Self {
         let rate_rad_s = 1.0 / time_s;

@@ -1,4 +1,4 @@
-//! The receiver's clock: which GPS time it really is when the receiver says an epoch.
+//! The receiver's clock: true GPS time of an epoch of the receiver.
 
 use super::model::ReceiverModel;
 use crate::flight::normal;
@@ -8,9 +8,9 @@ use rand_chacha::ChaCha8Rng;
 /// One epoch as the receiver's clock makes it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tick {
-    /// What the receiver's clock shows.
+    /// Reading of the receiver's clock.
     pub tag: GpsTime,
-    /// What it shows minus GPS time (s).
+    /// Reading minus GPS time (s).
     pub offset_s: f64,
     /// Rate of the offset (s/s).
     pub drift: f64,

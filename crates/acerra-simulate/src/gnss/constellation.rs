@@ -1,4 +1,4 @@
-//! A GPS constellation of our own.
+//! A synthetic GPS constellation.
 
 use super::lnav;
 use acerra_geo::time::GpsTime;
@@ -17,8 +17,8 @@ const PHASING: f64 = 0.14;
 /// Satellites in each of the six planes.
 const PLANES: [usize; 6] = [5, 5, 5, 5, 5, 6];
 
-/// A healthy constellation of 31 GPS satellites in six planes, as it would broadcast itself about
-/// `start` and for `duration_s` after it: every number is one that the navigation message can hold.
+/// A healthy constellation of 31 GPS satellites in six planes, with ephemerides broadcast about `start` and
+/// for `duration_s` after it, rounded as in the navigation message.
 ///
 /// Orbits resemble GPS orbits: inclination 55°, semi-major axis 26 560 km, eccentricity up to
 /// 0.015, perturbation terms of the usual size; successive issues describe one and the same orbit.
@@ -114,7 +114,7 @@ fn orbit(
     }
 }
 
-/// The same orbit and clock, described for another time of issue.
+/// This orbit and clock, described for another time of issue.
 fn at_issue(orbit: &KeplerEphemeris, issue: i64) -> KeplerEphemeris {
     const MU: f64 = 3.986_005e14;
     let toe = GpsTime::new(issue, 0.0);

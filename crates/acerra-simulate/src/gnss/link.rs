@@ -53,12 +53,12 @@ pub(super) struct Sky<'a> {
     pub klobuchar: Option<Klobuchar>,
 }
 
-/// What lies between a satellite and an antenna at one moment.
+/// Propagation between a satellite and an antenna at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Link {
     pub elevation_rad: f64,
-    /// Geometric range minus the satellite's clock, plus its group delay, plus the troposphere (m):
-    /// what code and phase have in common.
+    /// Geometric range minus the satellite's clock, plus its group delay, plus the troposphere (m): the terms
+    /// common to code and phase.
     pub common_m: f64,
     /// Delay of the ionosphere on L1 (m): added to the code, taken from the phase.
     pub ionosphere_m: f64,

@@ -1,4 +1,4 @@
-//! The GPS navigation message (IS-GPS-200, LNAV): what it can hold, and its subframes.
+//! The GPS navigation message (IS-GPS-200, LNAV): rounding of its parameters, and its subframes.
 
 use acerra_geo::time::GpsTime;
 use acerra_gnss::{KeplerEphemeris, Klobuchar};
@@ -123,7 +123,7 @@ fn wrapped(mut e: KeplerEphemeris) -> KeplerEphemeris {
     e
 }
 
-/// The ephemeris with every number rounded to one that the message can hold.
+/// The ephemeris with every number rounded as in the message.
 pub(super) fn quantised(ephemeris: &KeplerEphemeris) -> KeplerEphemeris {
     let mut e = wrapped(*ephemeris);
     for (field, value) in FIELDS.iter().zip(parameters(&mut e)) {

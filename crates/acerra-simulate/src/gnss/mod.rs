@@ -1,4 +1,4 @@
-//! GNSS: what two receivers, one flying and one on the ground, would have logged.
+//! GNSS: logs of two receivers, one flying and one on the ground.
 //!
 //! [`simulate`] follows the physics forward: satellites on their broadcast orbits, light that takes
 //! its time while the Earth turns, clocks that wander, an ionosphere and a troposphere, noise and
@@ -6,8 +6,8 @@
 //! The logs are written as RINEX 2.11 ([`ReceiverLog::to_rinex`], [`navigation_to_rinex`]) and as
 //! the UBX messages of a u-blox LEA-6T ([`ReceiverLog::to_ubx`]). Equal input gives equal bytes.
 //!
-//! Every random process draws from a stream of its own, so that changing one receiver, or the noise
-//! of one, leaves everything else as it was.
+//! Every random process has a separate stream of numbers, so that changing one receiver, or the noise of one,
+//! has no effect on the others.
 //!
 //! ```
 //! use acerra_simulate::gnss::{GnssModel, Setting, constellation, simulate};
@@ -46,7 +46,7 @@ pub use receiver::{Observed, ObservedEpoch, ReceiverLog};
 pub use rinex::navigation_to_rinex;
 pub use setting::Setting;
 
-/// What the receivers logged.
+/// Logs of the receivers.
 #[derive(Clone, Debug)]
 pub struct GnssLogs {
     /// The flying receiver.

@@ -1,4 +1,4 @@
-//! What the sky and the receivers are like.
+//! Parameters of the atmosphere and the receivers.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct GnssModel {
     /// Lowest elevation at which a satellite is tracked (degrees).
     pub elevation_mask_deg: f64,
-    /// The ionosphere's delay over that of the broadcast model; 0 for none.
+    /// Ratio of the ionosphere's delay to that of the broadcast model; 0 for none.
     pub ionosphere_scale: f64,
     /// Relative humidity of the troposphere, 0 to 1; negative for no troposphere at all.
     pub humidity: f64,
@@ -33,8 +33,7 @@ pub struct ReceiverModel {
     pub interval_s: f64,
     /// Receiver time of the epochs beyond multiples of the interval (s), in whole milliseconds.
     pub tag_offset_s: f64,
-    /// Clock offset at the start (s); the receiver keeps it within half a millisecond by jumps of
-    /// one.
+    /// Clock offset at the start (s); jumps of one millisecond keep it within half a millisecond.
     pub clock_offset_s: f64,
     /// Clock drift at the start (s/s).
     pub clock_drift: f64,
@@ -42,14 +41,14 @@ pub struct ReceiverModel {
     pub clock_drift_walk: f64,
     /// Standard deviation of white code noise at the zenith (m); grows as √(1 + 1/sin² el)/√2.
     pub code_noise_m: f64,
-    /// The same of the carrier phase (m).
+    /// Standard deviation of white carrier-phase noise (m).
     pub phase_noise_m: f64,
     /// Standard deviation of the Doppler (Hz).
     pub doppler_noise_hz: f64,
     /// Standard deviation of code multipath at the horizon (m); falls with elevation as
     /// 0.2 + 0.8 exp(−el/25°).
     pub code_multipath_m: f64,
-    /// The same of the carrier phase (m).
+    /// Standard deviation of carrier-phase multipath at the horizon (m).
     pub phase_multipath_m: f64,
     /// Time over which multipath forgets itself (s).
     pub multipath_time_s: f64,
@@ -58,7 +57,7 @@ pub struct ReceiverModel {
     /// Shortest and longest time after acquiring a satellite during which the half cycle is not
     /// resolved (s). Satellites in view at the start have been tracked before.
     pub half_cycle_time_s: [f64; 2],
-    /// How often per hour one satellite is hidden (by trees, by the craft).
+    /// Number of times an hour that one satellite is hidden (by trees, by the craft).
     pub blockages_per_hour: f64,
     /// Mean duration of a blockage (s).
     pub blockage_time_s: f64,
@@ -113,8 +112,8 @@ impl Default for ReceiverModel {
 }
 
 impl ReceiverModel {
-    /// The same receiver without any error: perfect clock, no noise, no multipath, no slips, no
-    /// gaps. What is left is geometry and atmosphere.
+    /// This receiver without any error: perfect clock, no noise, no multipath, no slips, no gaps. Only
+    /// geometry and atmosphere remain.
     #[must_use]
     pub fn perfect(self) -> Self {
         Self {
@@ -125,7 +124,7 @@ impl ReceiverModel {
         }
     }
 
-    /// The same receiver with its clock, but without noise, multipath, slips and blockages.
+    /// This receiver with its clock, but without noise, multipath, slips and blockages.
     #[must_use]
     pub fn noiseless(self) -> Self {
         Self {
@@ -146,7 +145,7 @@ impl ReceiverModel {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GnssError {
-    /// A value outside what is possible.
+    /// A value outside its possible range.
     #[error("[gnss] {key}: expected {expected}, found {found}")]
     Value {
         /// The key.
@@ -182,7 +181,7 @@ pub(super) fn require(
 }
 
 impl GnssModel {
-    /// Refuses what no sky and no receiver can be.
+    /// Refuses impossible parameters of atmosphere and receivers.
     ///
     /// # Errors
     /// The first impossible value.

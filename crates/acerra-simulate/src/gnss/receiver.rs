@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 pub(super) const ROVER: u64 = 1;
 pub(super) const BASE: u64 = 2;
 
-/// What was measured of one satellite at one epoch, on L1 C/A.
+/// Measurement of one satellite at one epoch, on L1 C/A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observed {
     /// The satellite.
@@ -31,10 +31,10 @@ pub struct Observed {
     pub loss_of_lock: LossOfLock,
 }
 
-/// What was measured at one epoch.
+/// Measurements at one epoch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObservedEpoch {
-    /// What the receiver's clock showed.
+    /// Reading of the receiver's clock.
     pub tag: GpsTime,
     /// The GPS time that it was (the truth).
     pub true_time: GpsTime,
@@ -156,8 +156,8 @@ impl<'a> Channel<'a> {
         }
     }
 
-    /// One epoch. Every process moves on by one step whether the satellite is seen or not, so that
-    /// no draw depends on what happened before.
+    /// One epoch. Every process advances by one step whether the satellite is seen or not, so that no draw
+    /// depends on earlier visibility.
     fn observe(
         &mut self,
         sky: &Sky<'_>,
@@ -258,7 +258,7 @@ impl<'a> Channel<'a> {
             }
         };
         if draws[3] < self.model.slips_per_hour / 3600.0 * self.model.interval_s {
-            // Up to fifty cycles either way, never none.
+            // Up to fifty cycles either way, never zero.
             let size = 1.0 + (draws[1] * 50.0).floor();
             lock.ambiguity += if draws[2] < 0.5 { size } else { -size };
             bits |= LossOfLock::SLIP;

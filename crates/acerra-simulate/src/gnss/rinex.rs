@@ -215,7 +215,7 @@ fn header(out: &mut String, text: &str, label: &str) {
     let _ = writeln!(out, "{text:<60}{label:<20}");
 }
 
-/// Who made the file; the date is that of the data, so that equal data give equal files.
+/// Program that made the file; the date is that of the data, so that equal data give equal files.
 fn run_by(out: &mut String, first: GpsTime) {
     let c = first.to_calendar();
     let text = format!(

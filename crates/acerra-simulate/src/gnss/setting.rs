@@ -10,7 +10,7 @@ pub struct Setting<'a> {
     pub frame: EnuFrame,
     /// GPS time at which the rover's time is 0.
     pub start: GpsTime,
-    /// How long both receivers log (s).
+    /// Duration of both receivers' logs (s).
     pub duration_s: f64,
     /// Position of the rover's antenna (east, north, up, m) at a time (s) from the start.
     pub rover_m: &'a dyn Fn(f64) -> [f64; 3],

@@ -1,4 +1,4 @@
-//! The radar: what a PulsON P440 would have logged on a flight over a scene.
+//! The radar: the log of a PulsON P440 on a flight over a scene.
 
 mod model;
 mod pulse;
@@ -51,7 +51,8 @@ pub fn simulate_scans(
     let shaper = || PulseShaper::new(radar, window.step_s());
 
     let scan = |shaper: &mut PulseShaper, k: usize| {
-        // Each scan draws from a stream of its own: threads do not change the samples.
+        // Each scan has a separate stream of random numbers: the number of threads has no effect on the
+        // samples.
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(1 + k as u64);
         let pose = flight.pose_at(time_s(k));
@@ -81,8 +82,7 @@ pub fn simulate_scans(
     Ok((0..count).into_par_iter().map_init(shaper, scan).collect())
 }
 
-/// Which of a log's packets get lost: a share of [`RadarModel::lost_packets`], the same for the
-/// same seed.
+/// Packets of a log that are lost: a share of [`RadarModel::lost_packets`], equal for equal seeds.
 #[must_use]
 pub fn lost_packets(radar: &RadarModel, packets: usize, seed: u64) -> Vec<bool> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -1,4 +1,4 @@
-//! What radar is simulated and what it looks at.
+//! Parameters of the simulated radar and its scene.
 
 use acerra_settings::{Rule, ValueError, check, each, rules, within};
 use schemars::JsonSchema;
@@ -18,8 +18,8 @@ pub struct RadarModel {
     pub samples: usize,
     /// Time between scans (s).
     pub scan_interval_s: f64,
-    /// How much faster than the GNSS's the radio's clock runs (parts per million): its stamps gain
-    /// on the trajectory by so much.
+    /// Frequency error of the radio's clock relative to the GNSS's (parts per million): its stamps gain on
+    /// the trajectory by this rate.
     pub clock_drift_ppm: f64,
     /// Pulse integration index: 2^PII pulses are added up in each sample.
     pub integration_index: u16,
@@ -75,7 +75,7 @@ impl Default for RadarModel {
     }
 }
 
-/// `[[point]]`: a scatterer that looks the same from everywhere.
+/// `[[point]]`: an isotropic scatterer.
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointTarget {
@@ -110,7 +110,7 @@ pub struct Ground {
     pub reflection: f64,
     /// Backscatter coefficient of the roughness (dB); each facet has a random phase.
     pub backscatter_db: f64,
-    /// Facets per square metre that stand for the roughness (0: smooth).
+    /// Facets per square metre that model the roughness (0: smooth).
     pub facets_per_m2: f64,
     /// Facets lie within this distance of the track (m).
     pub extent_m: f64,

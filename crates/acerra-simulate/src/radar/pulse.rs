@@ -128,7 +128,7 @@ struct Gridding {
     sharpness: f64,
     /// exp(−j²/(4τ)) for j = 1 − `SPREAD` … `SPREAD`.
     gaussian: [f64; 2 * SPREAD],
-    /// What the Gaussian takes from each sum, undone.
+    /// Removes the Gaussian's spectrum from each sum.
     correction: Vec<f64>,
     forward: Arc<dyn Fft<f64>>,
     scratch: Vec<Complex64>,
@@ -191,7 +191,7 @@ impl Gridding {
         }
     }
 
-    /// The sums of what was added.
+    /// The sums of the added echoes.
     fn transform(&mut self, sums: &mut [Complex64]) {
         let (size, grid) = (self.size, &mut self.grid);
         for i in 0..SPREAD {

@@ -29,11 +29,11 @@ struct Scatterer {
     /// √RCS (m), where it looks best.
     root_rcs_m: f64,
     phase_rad: f64,
-    /// Direction in which it looks best; everywhere alike without one.
+    /// Direction of its strongest echo; none for an isotropic one.
     boresight: Option<[f64; 3]>,
 }
 
-/// The scene as scatterers; the same seed gives the same speckle.
+/// The scene as scatterers; equal seeds give equal speckle.
 #[derive(Debug)]
 pub struct Scattering {
     scatterers: Vec<Scatterer>,
@@ -87,7 +87,8 @@ impl Scattering {
         if let Some(ground) = &scene.ground {
             facets(ground, track_m, &mut rng, &mut scatterers);
         }
-        // One-way power is half at half the beamwidth; two antennas make an amplitude of it.
+        // One-way power is one half at half the beamwidth; the amplitude of two antennas is the one-way
+        // power.
         let beam_exponent =
             0.5_f64.ln() / (0.5 * radar.antenna_beamwidth_deg).to_radians().cos().ln();
         Self {
@@ -97,13 +98,13 @@ impl Scattering {
         }
     }
 
-    /// How many scatterers there are.
+    /// Number of scatterers.
     #[must_use]
     pub fn len(&self) -> usize {
         self.scatterers.len()
     }
 
-    /// Whether there is nothing to see.
+    /// Whether the scene is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.scatterers.is_empty() && self.surface_reflection.is_none()

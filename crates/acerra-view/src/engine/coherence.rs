@@ -7,8 +7,8 @@ use rayon::prelude::*;
 /// Pixels of the window to each side of its middle.
 const REACH: usize = 3;
 
-/// The complex coherence of two images of so many columns: its modulus lies within 0 and 1, its phase
-/// is that of the first against the second. Zero where either image has no power.
+/// The complex coherence of two images with a number of columns: its modulus lies within 0 and 1, its phase
+/// is that of the first relative to the second. Zero where either image has no power.
 ///
 /// A window of 7 × 7 pixels holds fewer independent samples where a pixel is smaller than the
 /// resolution, and the modulus of incoherent images is then far from zero.

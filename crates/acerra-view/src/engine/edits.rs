@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::RequestError;
 
-/// Changes to the settings of a run; what is absent stays as the run had it.
+/// Changes to the settings of a run; absent fields keep the run's values.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Edits {
     /// The part of each trace that is kept (ns about 2h/c).
     pub gate_ns: Option<Gate>,
-    /// What is subtracted from every trace.
+    /// Background subtracted from every trace.
     pub background: Option<Background>,
     /// Lowest and highest frequency (GHz).
     pub band_ghz: Option<[f64; 2]>,
@@ -32,7 +32,7 @@ impl Edits {
     /// The campaign with the changes; `tracks` are those that the run prepared.
     ///
     /// # Errors
-    /// A height of what is no plane, a delay of spectra, settings that are impossible.
+    /// A height for an image that is no plane, a delay for spectra, impossible settings.
     pub fn apply(&self, run: &Campaign, tracks: &[Track]) -> Result<Campaign, RequestError> {
         let mut campaign = run.clone();
         if let Some(band_ghz) = self.band_ghz {
@@ -47,7 +47,7 @@ impl Edits {
             {
                 return Err(RequestError::Invalid {
                     what: "z_m",
-                    expected: "no change, as the image stands on terrain or is a volume".to_owned(),
+                    expected: "no change, as the image is on terrain or is a volume".to_owned(),
                     found: z_m.to_string(),
                 });
             }

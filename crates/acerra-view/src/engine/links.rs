@@ -1,8 +1,8 @@
 //! From a place to its echoes in the radargram, and from an echo to the places that may have made it.
 //!
-//! The delay convention is the chain's: after cleaning, the echo of a place at range R lies at fast
-//! time 2R/c, later by the delay that its track's instrument adds (`[[track]] delay_ns` and what the
-//! common target gives), which is taken off the spectra alone.
+//! The delay convention is the chain's: after cleaning, the echo of a place at range R lies at fast time
+//! 2R/c, later by the delay of its track's instrument (`[[track]] delay_ns` and the delay by the common
+//! target), which is removed from the spectra alone.
 
 use acerra_chain::{Prepared, Track};
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! The data behind a run: its logs read once, cleaned and imaged again as often as asked for.
+//! The data of a run: its logs are read once, then cleaned and imaged for each request.
 
 mod coherence;
 mod edits;

@@ -5,10 +5,10 @@ use crate::error::RequestError;
 /// Farthest place from the frame's origin (m): a campaign's images lie as near.
 const FARTHEST_M: f64 = 1e7;
 
-/// The coordinates (m), where each is one of the flight's surroundings.
+/// The coordinates (m), if each is near a flight.
 ///
 /// # Errors
-/// One that is no number, or farther than any flight.
+/// A coordinate that is not a number, or farther than any flight.
 pub fn checked_place<const N: usize>(place_m: [f64; N]) -> Result<[f64; N], RequestError> {
     if place_m.iter().all(|v| v.abs() <= FARTHEST_M) {
         return Ok(place_m);
@@ -23,7 +23,7 @@ pub fn checked_place<const N: usize>(place_m: [f64; N]) -> Result<[f64; N], Requ
 /// The fast time of an echo (ns), where light comes back from so near within it.
 ///
 /// # Errors
-/// One that is no number, or of a place farther than any flight.
+/// A coordinate that is not a number, or of a place farther than any flight.
 pub fn checked_echo(fast_time_ns: f64) -> Result<f64, RequestError> {
     if (0.15 * fast_time_ns).abs() <= FARTHEST_M {
         return Ok(fast_time_ns);

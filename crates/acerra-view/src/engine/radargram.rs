@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use crate::raster::{Field, Precision, Pyramid, TileIndex};
 
-/// How far a radargram has come.
+/// Progress of a radargram.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {

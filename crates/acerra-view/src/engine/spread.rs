@@ -1,4 +1,4 @@
-//! The point spread that the flight allows at a place, beside which a target's own is held.
+//! The point spread function of the flight at a place, for comparison with a target's image.
 
 use acerra_chain::campaign::Weight;
 use acerra_imaging::psf::{Analysis, PointSpread};

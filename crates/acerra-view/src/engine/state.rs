@@ -1,4 +1,4 @@
-//! State of the data behind a run: not asked for, being read, ready, or not to be had.
+//! State of the data of a run: not requested, being read, ready, or failed.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,7 +13,7 @@ use crate::engine::work::{Current, ImageOrder, Made, Workbench};
 use crate::error::{EngineError, RequestError};
 use crate::run::{Record, Run};
 
-/// The data behind a run. They are read when first asked for.
+/// The data of a run. They are read at the first request.
 #[derive(Debug, Default)]
 pub struct Engine {
     state: Mutex<State>,
@@ -30,11 +30,11 @@ enum State {
     Failed(EngineError),
 }
 
-/// What is reported of an engine.
+/// Report on an engine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "state", rename_all = "lowercase")]
 pub enum EngineStatus {
-    /// Nobody has asked for the data.
+    /// No request for the data yet.
     Idle,
     /// They are being read and cleaned.
     Reading,

@@ -20,10 +20,10 @@ use crate::engine::place::checked_place;
 use crate::engine::radargram::TrackRadargram;
 use crate::error::RequestError;
 
-/// Pixels on which an image is checked: fewer than a run's, as the image is wanted at once.
+/// Pixels of an image's self-check: fewer than a run's, as the image is needed at once.
 const CHECK_PIXELS: usize = 32;
 
-/// Pixels of one image, at most.
+/// Largest number of pixels of one image.
 const MOST_PIXELS: usize = 4_000_000;
 
 /// The pixels that are in view.
@@ -46,7 +46,7 @@ pub struct View {
 }
 
 impl View {
-    /// The pixels, on the ground of the run or on the slice asked for.
+    /// The pixels, on the ground of the run or on the requested slice.
     ///
     /// # Errors
     /// A view without pixels, of too many, or at an impossible place.
@@ -80,10 +80,10 @@ pub struct ImageOrder {
     /// Changes to the run's settings.
     #[serde(default)]
     pub edits: Edits,
-    /// First and last pulse that make it, counted over all tracks; all of them by default.
+    /// First and last pulse to image, counted over all tracks; all by default.
     #[serde(default)]
     pub pulses: Option<[usize; 2]>,
-    /// Whether the coherence of the images of their first and second half is wanted instead.
+    /// Whether the coherence of the images of their first and second half is computed instead.
     #[serde(default)]
     pub coherence: bool,
 }
@@ -97,7 +97,7 @@ pub struct Made {
     pub maximum_db: Option<f64>,
     /// Pulses in it.
     pub pulses: usize,
-    /// What cleaning took (ms); 0 where nothing was to be cleaned again.
+    /// Time of cleaning (ms); 0 where cleaned data were reused.
     pub cleaning_ms: f64,
     /// What imaging took (ms).
     pub imaging_ms: f64,
@@ -217,7 +217,7 @@ impl Workbench {
 
     /// Makes an image.
     pub fn image(&self, order: &ImageOrder, control: &Control<'_>) -> Result<Made, RequestError> {
-        // Pixels are solved for together: a part of them alone would be another solution.
+        // An inversion solves for all pixels together: a part of them alone would have another solution.
         let method = self.base.campaign.image.method;
         if method != Method::Adjoint {
             return Err(RequestError::Invalid {

@@ -1,4 +1,4 @@
-//! How the run's own picture shows its image: window of levels and gain for range.
+//! Display of the image in the run's own picture: window of levels and gain for range.
 
 use acerra_figure::{DisplayGain, ImageDb, PixelValues};
 use acerra_products::display::{RangeGeometry, WINDOW, range_gain};
@@ -11,7 +11,7 @@ use crate::raster::Precision;
 /// Columns and rows of the gain's samples.
 pub const GAIN_NODES: usize = 129;
 
-/// The levels that the run's own picture shows.
+/// The levels of the run's own picture.
 #[derive(Clone, Debug)]
 pub struct Display {
     /// The level shown as 0 dB, in dB against amplitude 1, the gain included.

@@ -1,4 +1,4 @@
-//! The files that a run read, and where they are when it is looked at.
+//! The files that a run read, and their places now.
 
 use std::path::{Path, PathBuf};
 
@@ -7,16 +7,16 @@ use serde_json::Value;
 /// A file that the run read.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// Where it is: where it was, or beside products that were moved with it.
+    /// Place of the file: its original one, or next to products that were moved with it.
     pub path: PathBuf,
     /// SHA-256 in lower-case hexadecimal digits.
     pub sha256: String,
 }
 
-/// Puts inputs that are named relative to another directory where they are, in the list and in the record's
-/// configuration. Runs leave their products beside their logs, mostly: the directory that the run was started in is
-/// looked for among those above the products, and taken where every relative name is a file. Nothing changes
-/// where the names lead to files as they are, or nowhere.
+/// Resolves inputs that are named relative to another directory, in the list and in the record's
+/// configuration. Products are usually near their logs: the directory in which the run was started is
+/// searched among those above the products, and used where every relative name is a file. Names that already
+/// lead to files, or to none in any directory, are unchanged.
 pub(super) fn relocate(inputs: &mut [Input], configuration: &mut Value, products: &Path) {
     // The campaign file may be gone: its settings are in the record.
     let logs = inputs.get(1..).unwrap_or_default();
@@ -41,7 +41,7 @@ pub(super) fn relocate(inputs: &mut [Input], configuration: &mut Value, products
     put_under(base, &relative, configuration);
 }
 
-/// The same for every text of a configuration that is one of the names.
+/// The resolution for every text of a configuration that is one of the names.
 fn put_under(base: &Path, relative: &[PathBuf], value: &mut Value) {
     match value {
         Value::String(text) => {

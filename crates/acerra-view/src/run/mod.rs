@@ -34,7 +34,7 @@ pub struct Run {
     pub pyramid: Pyramid,
     /// Its volume, where it made one.
     pub volume: Option<Volume>,
-    /// How the run's own picture shows the image.
+    /// Display of the image in the run's own picture.
     pub display: Display,
     /// `run.json`.
     pub record: Record,
@@ -90,7 +90,7 @@ impl Run {
     }
 }
 
-/// A directory's name, with that of the one above where several runs share it.
+/// A directory's name, with that of its parent where several runs share it.
 fn name_of(directory: &Path) -> String {
     let whole = directory
         .canonicalize()

@@ -85,7 +85,7 @@ impl TrackTable {
         self.position_m.iter().filter(is_placed).copied().collect()
     }
 
-    /// A place as the trace nearest to it sees it.
+    /// A place as seen from the trace nearest to it.
     #[must_use]
     pub fn nearest(&self, place_m: [f64; 3]) -> Option<Seen> {
         let traces = self.position_m.iter().zip(&self.trace);

@@ -1,4 +1,4 @@
-//! The volume of a run: planes through it, read from its file as they are looked at.
+//! The volume of a run: planes through it, read from its file on demand.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -22,7 +22,7 @@ pub struct Volume {
     pub z0_m: f64,
     /// Distance of the slices (m).
     pub step_m: f64,
-    /// Planes looked at last, the newest at the end.
+    /// Most recently used planes, the newest at the end.
     kept: Mutex<Vec<Kept>>,
 }
 

@@ -1,4 +1,4 @@
-//! Answers: errors as JSON with a status, values as bytes, work beside the server's own thread.
+//! Answers: errors as JSON with a status, values as bytes, work outside the server's thread.
 
 use axum::Json;
 use axum::http::StatusCode;
@@ -32,7 +32,7 @@ pub fn bytes(values: Vec<u8>) -> Response {
     ([(CONTENT_TYPE, "application/octet-stream")], values).into_response()
 }
 
-/// How the numbers of a tile are wanted.
+/// Form of the numbers of a tile.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct TileForm {
     /// In half precision; in single precision by default.
@@ -47,10 +47,10 @@ impl TileForm {
     }
 }
 
-/// Does work on a thread of its own.
+/// Executes work on a separate thread.
 ///
 /// # Errors
-/// Those of the work; work that ended without an answer.
+/// Errors of the work; work that ended without an answer.
 pub async fn beside<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, RequestError> + Send + 'static,
 ) -> Result<T, RequestError> {

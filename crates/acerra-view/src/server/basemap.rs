@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::error::{RequestError, ViewError};
 
-/// Map tiles that the user wants under the image.
+/// Map tiles under the image.
 #[derive(Clone, Debug, Serialize)]
 pub struct Basemap {
     /// Address of a tile with `{z}`, `{x}` and `{y}`.
@@ -75,7 +75,7 @@ impl Basemap {
     /// A tile of a directory: its type and its bytes.
     ///
     /// # Errors
-    /// No such tile, or one that cannot be read.
+    /// No such tile, or an unreadable one.
     pub fn tile(&self, [z, x, y]: [u32; 3]) -> Result<(&'static str, Vec<u8>), RequestError> {
         let absent = RequestError::Absent { what: "map tile" };
         let Source::Directory(folder) = &self.source else {

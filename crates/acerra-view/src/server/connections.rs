@@ -1,4 +1,4 @@
-//! Connections: a few at a time that have not shown the token, and a bounded number that have, so that no program takes
+//! Connections: a few at a time without the token, and a bounded number with it, so that no program uses up
 //! the descriptors that a recording in the same process needs.
 
 use std::collections::{HashSet, VecDeque};
@@ -18,14 +18,14 @@ use tokio::sync::oneshot::{Receiver, Sender, channel};
 /// Most connections at a time that have not shown the token; a browser opens six.
 pub const MOST_STRANGERS: usize = 16;
 
-/// Most connections at a time that have shown the token and stay as long as they like; more of them count as those
-/// that have not.
+/// Most connections at a time with the token and without a time limit; further ones count as those without
+/// the token.
 pub const MOST_KNOWN: usize = 64;
 
 /// Numbers of the connections that have shown the token.
 type Known = Arc<Mutex<HashSet<u64>>>;
 
-/// What closes each stranger, the oldest first, with its number.
+/// Handle that closes each connection without the token, the oldest first, with its number.
 type Strangers = Arc<Mutex<VecDeque<(u64, Sender<()>)>>>;
 
 /// A listener that closes the oldest connection without the token where there are too many.
@@ -66,7 +66,7 @@ impl Caller {
     }
 }
 
-/// Drops what would close a connection.
+/// Drops the handle that would close a connection.
 fn forget(strangers: &Strangers, number: u64) {
     let mut strangers = strangers.lock().unwrap_or_else(PoisonError::into_inner);
     strangers.retain(|(other, _)| *other != number);
@@ -98,7 +98,7 @@ impl Listener for Connections {
         if strangers.len() >= MOST_STRANGERS
             && let Some((_, close)) = strangers.pop_front()
         {
-            // A connection that has ended has nothing to be closed.
+            // A connection that has ended needs no closing.
             let _ = close.send(());
         }
         strangers.push_back((caller.number, close));

@@ -1,4 +1,4 @@
-//! What is under the pointer: place, value, and how the radar saw it.
+//! Data under the pointer: place, value, and range and delay of the place.
 
 use std::sync::Arc;
 
@@ -26,10 +26,10 @@ struct CursorQuery {
     y_m: f64,
     /// The slice of the volume; the image by default.
     slice: Option<usize>,
-    /// Height at which the place is taken (m); by default that of the pixel.
+    /// Height of the place (m); by default that of the pixel.
     z_m: Option<f64>,
-    /// The pulse from which it is looked at, counted over all tracks of the data behind the run; by
-    /// default the nearest trace of the run's track.
+    /// The pulse for which range and delay are given, counted over all tracks of the run's data; by default
+    /// the nearest trace of the run's track.
     pulse: Option<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! The way in: an address on the loopback interface that begins with a random token.
+//! Access: an address on the loopback interface that begins with a random token.
 
 use std::net::{Ipv4Addr, TcpListener};
 use std::time::Duration;
@@ -13,7 +13,7 @@ use rand::rngs::OsRng;
 use crate::error::ViewError;
 use crate::server::connections::{Caller, Connections};
 
-/// How often a server looks whether it is to stop.
+/// Interval at which a server checks whether it is to stop.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// A port that is listened to, and the token that gives access.
@@ -49,7 +49,7 @@ impl Doorway {
         format!("http://127.0.0.1:{}/{}/", self.port, self.token)
     }
 
-    /// Answers requests until `stop` says so. Of connections that have not shown the token a few are open at a time.
+    /// Answers requests until `stop` returns true. Of connections without the token a few are open at a time.
     ///
     /// # Errors
     /// A failure of the system.

@@ -1,4 +1,4 @@
-//! Who may ask, and what a page may load: host, origin, and the headers of every answer.
+//! Access rules: allowed hosts and origins, sources of pages, and the headers of every answer.
 
 use axum::Router;
 use axum::extract::{Request, State};
@@ -37,7 +37,7 @@ impl Guard {
         }
     }
 
-    /// The same addresses under these rules.
+    /// These addresses under these rules.
     pub fn around(self, router: Router) -> Router {
         router.layer(from_fn_with_state(self, check))
     }

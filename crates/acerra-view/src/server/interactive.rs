@@ -45,7 +45,7 @@ async fn engine(
     let shown = shared.run(number)?;
     if shown.engine.claim() {
         let shown = Arc::clone(&shown);
-        // The answer is the status, now and whenever it is asked for.
+        // The answer is the current status, also for later requests.
         drop(tokio::task::spawn_blocking(move || {
             shown.engine.open(&shown.run);
         }));
@@ -195,8 +195,7 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// An image of what is in view: pairs of single-precision numbers, and what there is to say of them in
-/// the header `x-acerra-image`.
+/// An image of the view: pairs of single-precision numbers, with further data in the header `x-acerra-image`.
 async fn image(
     State(shared): State<Arc<Shared>>,
     Path(number): Path<usize>,
@@ -211,7 +210,7 @@ async fn image(
 }
 
 fn answer(made: Made) -> Response {
-    let told = json!({
+    let details = json!({
         "maximum_db": made.maximum_db,
         "pulses": made.pulses,
         "cleaning_ms": made.cleaning_ms,
@@ -220,9 +219,9 @@ fn answer(made: Made) -> Response {
     });
     let values = made.values.iter().flat_map(|v| [v.re, v.im]);
     let mut response = bytes(values.flat_map(f32::to_le_bytes).collect());
-    if let Ok(told) = HeaderValue::from_str(&told.to_string()) {
+    if let Ok(details) = HeaderValue::from_str(&details.to_string()) {
         let name = HeaderName::from_static("x-acerra-image");
-        response.headers_mut().insert(name, told);
+        response.headers_mut().insert(name, details);
     }
     response
 }

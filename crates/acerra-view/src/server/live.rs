@@ -131,7 +131,7 @@ impl LiveServer {
         self.last.clone()
     }
 
-    /// Answers requests until `stop` says so.
+    /// Answers requests until `stop` returns true.
     ///
     /// # Errors
     /// A failure of the system.

@@ -1,4 +1,4 @@
-//! What is sent to a page of a live image: tiles and traces as bytes, everything else as JSON.
+//! Messages to a page of a live image: tiles and traces as bytes, other data as JSON.
 //!
 //! Numbers are little-endian. Tiles: `1, 0, tiles u16, sequence u32, base_db f32, maximum_db f32`, then each
 //! tile `x u32, y u32, columns u16, rows u16` and its levels. Traces: `2, 0, traces u16, first u32, bins u16,
@@ -7,7 +7,7 @@
 use acerra_live::board::{BINS, Board, Shown, ShownTrace};
 use serde_json::{Value, json};
 
-/// What a page has been sent.
+/// Data that a page has received.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sent {
     /// State of the picture.
@@ -27,7 +27,7 @@ pub struct Round {
 }
 
 impl Sent {
-    /// What is new on the board since the last round.
+    /// New data on the board since the last round.
     pub fn round(&mut self, board: &Board) -> Round {
         let shown = board.shown();
         let mut bytes = Vec::new();

@@ -1,5 +1,5 @@
-//! The WebSocket of a live image. A page that takes its time gets the latest state when it is ready for it;
-//! nothing waits for it, and nothing is kept for it.
+//! The WebSocket of a live image. A slow page gets the latest state when it is ready; no other part waits for
+//! a page, and no states are queued for it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,9 +20,9 @@ use super::live_message::Sent;
 const MOST_CLIENTS: usize = 8;
 /// Longest message that a page sends: `drawn` and a number.
 const LONGEST_MESSAGE: usize = 64;
-/// Time that a page may take to draw, and to take in what is sent.
+/// Time for a page to draw, and to receive data.
 const LONGEST_DRAWING: Duration = Duration::from_secs(20);
-/// Longest silence: what a page is sent even if nothing changes.
+/// Longest silence: the interval of messages without changes.
 const LONGEST_SILENCE: Duration = Duration::from_secs(1);
 /// Messages other than the answer that a page may send before it.
 const MOST_OTHERS: usize = 16;
@@ -75,7 +75,7 @@ pub async fn socket(State(clients): State<Clients>, upgrade: WebSocketUpgrade) -
         .max_message_size(LONGEST_MESSAGE)
         .max_frame_size(LONGEST_MESSAGE)
         .on_upgrade(move |socket| async move {
-            // The page went away, or said what no page says: it is done with.
+            // The page went away, or sent an invalid message: it is closed.
             let _ = talk(socket, &clients).await;
             drop(place);
         })
@@ -101,7 +101,7 @@ async fn talk(mut socket: WebSocket, clients: &Clients) -> Result<(), Over> {
         }
         page.is_busy(false);
         if let Ok(Err(_)) = timeout(LONGEST_SILENCE, changes.changed()).await {
-            // Nothing will change any more.
+            // No further changes will come.
             return Ok(());
         }
     }

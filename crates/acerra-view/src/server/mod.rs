@@ -1,4 +1,4 @@
-//! The server: its address, who may ask, and what it answers.
+//! The server: its address, access rules, and answers.
 
 mod answer;
 mod assets;
@@ -31,7 +31,7 @@ use state::Shared;
 
 pub use live::{FinalView, LiveServer};
 
-/// What is served, and where.
+/// Data to serve, and address.
 #[derive(Clone, Debug, Default)]
 pub struct ServerOptions {
     /// The directories of runs.
@@ -79,7 +79,7 @@ impl Server {
         &self.address
     }
 
-    /// Answers requests until `stop` says so.
+    /// Answers requests until `stop` returns true.
     ///
     /// # Errors
     /// A failure of the system.

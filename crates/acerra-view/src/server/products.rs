@@ -131,7 +131,7 @@ async fn terrain(
     Path(number): Path<usize>,
 ) -> Result<Response, RequestError> {
     let terrain = |shown: &Shown| {
-        // The heights of a volume's image are those of its strongest values.
+        // The heights of a volume's image are those of the volume's strongest values.
         let is_ground = shown.run.volume.is_none();
         let terrain = shown.run.image.terrain().filter(|_| is_ground);
         let terrain = terrain.ok_or(RequestError::Absent { what: "terrain" })?;
@@ -164,7 +164,7 @@ async fn file(
     let name = known.ok_or(RequestError::Absent { what: "product" })?;
     let read = shared.beside(number, move |shown| {
         let path = shown.run.directory.join(name);
-        // A directory, or a link to what is no product, is no file of the run.
+        // A directory, or a link to a file that is no product, is no file of the run.
         if !std::fs::symlink_metadata(&path).is_ok_and(|data| data.is_file()) {
             return Err(RequestError::Absent { what: "product" });
         }
@@ -181,7 +181,7 @@ async fn file(
         Some("csv") => "text/csv; charset=utf-8",
         _ => "application/octet-stream",
     };
-    // The report brings its own style and pictures, and needs no script.
+    // The report includes its style and pictures, and needs no script.
     let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox";
     let headers = [(CONTENT_TYPE, kind), (CONTENT_SECURITY_POLICY, policy)];
     Ok((headers, content).into_response())

@@ -1,4 +1,4 @@
-//! What all requests share, and how they are answered from a run and from the data behind it.
+//! State shared by all requests, and answers from a run and from its data.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// Runs, their data not asked for yet.
+    /// Runs without their data.
     pub fn new(runs: Vec<Run>, basemap: Option<Basemap>) -> Self {
         let shown = |run| {
             let engine = Engine::default();
@@ -57,10 +57,10 @@ impl Shared {
             .ok_or(RequestError::Absent { what: "run" })
     }
 
-    /// Does work on a run, on a thread of its own.
+    /// Executes work on a run, on a separate thread.
     ///
     /// # Errors
-    /// No such run; those of the work.
+    /// No such run; errors of the work.
     pub async fn beside<T: Send + 'static>(
         &self,
         number: usize,
@@ -73,7 +73,7 @@ impl Shared {
     /// Answers in JSON from the data behind a run with the settings tried last.
     ///
     /// # Errors
-    /// No such run; data that are not ready or cannot be had; those of the work.
+    /// No such run; data that are not ready or failed; errors of the work.
     pub async fn with_data<T: Serialize>(
         &self,
         number: usize,

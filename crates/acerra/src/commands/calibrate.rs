@@ -18,8 +18,8 @@ use crate::terminal::warn;
 
 /// Calibrate delay, clock offset, lever arm and range scale on reflectors at known places.
 ///
-/// Deviations are those of noise and positions. Echoes that the surface echo or another reflector
-/// overlaps take no part.
+/// Deviations include noise and errors of the positions. Echoes that overlap with the surface echo or another
+/// reflector are not used.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     acerra calibrate campaign.toml --reflector 4,0,0.1 --reflector 14,-3,0.1\n  \
@@ -38,8 +38,7 @@ pub struct Args {
     /// Places of the reflectors: a CSV file with lines x_m,y_m,z_m or name,x_m,y_m,z_m.
     #[arg(long, value_name = "POINTS.csv", group = "targets")]
     survey: Option<PathBuf>,
-    /// The radar is at rest, and a reflector stands at this range from its antennas (m): finds the
-    /// delay alone.
+    /// The radar is at rest, and a reflector is at this range from its antennas (m): finds the delay alone.
     #[arg(long, value_name = "R", value_parser = positive, group = "targets")]
     range_m: Option<f64>,
     /// Standard deviation of that range (m).
@@ -60,7 +59,7 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// Logs that cannot be read or do not show the reflectors, with the file and what was expected.
+/// Logs that cannot be read or do not show the reflectors, with the file and the expectation.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let file = CampaignFile::read(&args.campaign)?;
     let mut journal = Journal::default();
@@ -69,7 +68,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         None => on_reflectors(args, &file, &mut journal, out),
     };
     if keys.is_err() {
-        // What was noticed helps to understand a failure as well.
+        // Remarks help to understand a failure as well.
         journal.warnings.said().iter().for_each(|text| warn(text));
     }
     let keys = keys?;

@@ -1,4 +1,4 @@
-//! `acerra completions`: what a shell completes.
+//! `acerra completions`: completion scripts for shells.
 
 use std::io::Write;
 

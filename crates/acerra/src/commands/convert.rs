@@ -18,10 +18,9 @@ use crate::terminal::{Verbosity, verbosity};
 
 /// Write the products of a run, or the traces of a radar log, in other formats.
 ///
-/// From the directory that `acerra focus` wrote, the image, the trajectory, the targets and the volume are converted as
-/// they are.
-/// Radargrams and spectra are not in it: name the formats in `[products] formats` of the campaign to have them too, and
-/// for phase history data (CPHD).
+/// From the directory that `acerra focus` wrote, the image, the trajectory, the targets and the volume are
+/// converted. The directory lacks radargrams and spectra: for these, and for phase history data (CPHD), name
+/// the formats in `[products] formats` of the campaign.
 ///
 /// Of a radar log of any maker: its traces as recorded, every sample, with places and sample interval. Of a campaign:
 /// the traces as they are cleaned for the image, at the places that they have there. An existing file is kept.

@@ -25,8 +25,8 @@ use crate::interrupt;
 /// Emulate the instruments: a radio that answers and scans, and a receiver that sends, out of a recording
 /// or a simulated scene.
 ///
-/// The radio listens on UDP, the receiver on TCP, and time begins when a client starts scans. Standard
-/// output has the session file that records them. Ends when everything is sent, or by Ctrl-C.
+/// The radio listens on UDP, the receiver on TCP, and time begins when a client starts scans. Standard output
+/// has a session file that records the instruments. Ends when everything is sent, or by Ctrl-C.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra emulate scene.toml -o ground > session.toml &
@@ -37,13 +37,13 @@ pub struct Args {
     /// A radar log of any kind that is read, or a scene file (TOML).
     #[arg(value_name = "LOG|SCENE.toml")]
     file: PathBuf,
-    /// Directory for what the instruments of a scene do not send: the base's log, the truth.
+    /// Directory for the data of a scene that the instruments do not send: the base's log, the truth.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// UBX log that the receiver sends; a scene brings its own.
+    /// UBX log that the receiver sends; a scene has its own.
     #[arg(long, value_name = "FILE")]
     gnss: Option<PathBuf>,
-    /// Solutions that the receiver of a scene sends besides its measurements: single, float or fixed.
+    /// Solutions that the receiver of a scene sends in addition to its measurements: single, float or fixed.
     #[arg(long, value_name = "KIND")]
     solutions: Option<Quality>,
     /// Address and UDP port of the radio.
@@ -55,7 +55,7 @@ pub struct Args {
     /// Seconds of the flight in a second.
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     speed: f64,
-    /// The radio's clock is fast by so many parts in a million.
+    /// Frequency error of the radio's clock, in parts per million (positive: fast).
     #[arg(
         long,
         value_name = "PPM",
@@ -69,7 +69,7 @@ pub struct Args {
     /// Share that come twice.
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share)]
     repetition: f64,
-    /// Share that are overtaken by those of the next 30 ms.
+    /// Share of messages that are overtaken by those of the next 30 ms.
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share)]
     reordering: f64,
     /// Mean of the delay of each message, exponentially distributed (ms).
@@ -139,7 +139,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
         (Some(folder), true) => simulated(args, folder).with_context(at)?,
         (None, true) => anyhow::bail!("{}: a scene needs -o DIR for the base's log", at()),
         (_, false) if args.solutions.is_some() => {
-            anyhow::bail!("{}: only a scene tells the positions for --solutions", at())
+            anyhow::bail!("{}: only a scene gives the positions for --solutions", at())
         }
         (_, false) => recorded(&args.file).with_context(at)?,
     };
@@ -257,7 +257,7 @@ fn simulated(args: &Args, folder: &Path) -> anyhow::Result<Flight> {
     if rover.is_some()
         && let Some(toml::Value::Table(trajectory)) = campaign.get_mut("trajectory")
     {
-        // What the recording is to tell.
+        // Contents of the recording.
         trajectory.remove("time_offset_s");
     }
     Ok(Flight {
@@ -307,9 +307,9 @@ fn recorded(file: &Path) -> anyhow::Result<Flight> {
     })
 }
 
-/// When the world begins and what begins when.
+/// Start times of the world and of its instruments.
 struct Times {
-    /// GPS time at the world's beginning: that of the first epoch where the first scan's is not told.
+    /// GPS time at the world's beginning: that of the first epoch where the first scan's is unknown.
     world_begins: Option<GpsTime>,
     /// World time of the first scan (s).
     first_scan_s: f64,
@@ -344,7 +344,7 @@ impl Times {
     }
 }
 
-/// The session file that records what is emulated.
+/// The session file that records the emulated instruments.
 fn session_of(args: &Args, flight: &Flight, pps: Option<&Path>) -> String {
     let config = flight.scans.config();
     let mut text = format!(

@@ -29,7 +29,7 @@ fn edge_ms(text: &str) -> Result<f64, String> {
     number_in(text, 0.0..=999.0)
 }
 
-/// What the pulses have in common with the other instruments.
+/// Parameters of the pulses shared with the other instruments.
 pub(super) struct Shared<'a> {
     /// The world.
     pub world: &'a World,
@@ -50,7 +50,7 @@ impl PpsArgs {
         self.pps.as_ref().map(absolute).transpose()
     }
 
-    /// Starts the pulses, where they are asked for.
+    /// Starts the pulses, where requested.
     pub(super) fn start(
         &self,
         path: Option<&Path>,

@@ -27,7 +27,7 @@ pub struct Args {
     /// The campaign file (TOML).
     #[arg(value_name = "CAMPAIGN.toml")]
     pub(crate) campaign: PathBuf,
-    /// Directory for the products [default: CAMPAIGN-products beside the campaign file].
+    /// Directory for the products [default: CAMPAIGN-products next to the campaign file].
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Correct the positions by autofocus where that is significant, as [autofocus] enabled does.
@@ -44,12 +44,12 @@ pub struct Args {
     /// Print run.json on standard output instead of a summary.
     #[arg(long)]
     json: bool,
-    /// Say which algorithm was planned, with which bound, and why.
+    /// Print the planned algorithm with its error bound and the reasons.
     #[arg(long)]
     explain: bool,
 }
 
-/// Products that are wanted alone.
+/// Restriction of the products.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Only {
     /// The image.
@@ -59,7 +59,7 @@ enum Only {
 /// Runs the command.
 ///
 /// # Errors
-/// Whatever the chain cannot do, with the file, the place and what was expected.
+/// Any failure of the chain, with the file, the place and the expectation.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let order = Order {
         campaign: &args.campaign,
@@ -82,33 +82,33 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
 pub struct Order<'a> {
     /// The campaign file.
     pub campaign: &'a Path,
-    /// Directory for the products, where it is not beside the campaign file.
+    /// Directory for the products, where it is not next to the campaign file.
     pub output: Option<&'a Path>,
     /// Positions are corrected whatever the campaign says.
     pub autofocus: bool,
     /// Which products are written.
     pub wanted: Wanted,
-    /// What was found is told as JSON.
+    /// The result is printed as JSON.
     pub json: bool,
-    /// What was planned is told.
+    /// The plan is printed.
     pub explain: bool,
 }
 
-/// What makes the products of a run.
+/// How the products of a run are made.
 type Work = fn(RunRequest<'_>, &mut Journal, &Control<'_>) -> anyhow::Result<Outcome>;
 
 impl Order<'_> {
-    /// Runs `work` and tells what it found.
+    /// Runs `work` and prints its result.
     ///
     /// # Errors
-    /// Its own; an output that is closed.
+    /// Errors of the run; an output that is closed.
     pub fn run(&self, work: Work, out: &mut dyn Write) -> anyhow::Result<()> {
         let mut journal = Journal::default();
         let run = self.followed(&mut journal, work);
-        self.tell(run, &journal, out)
+        self.print(run, &journal, out)
     }
 
-    /// Makes a share of the tiles and tells how many there are.
+    /// Makes a share of the tiles and prints their number.
     fn make_tiles(&self, share: Share, out: &mut dyn Write) -> anyhow::Result<()> {
         let mut journal = Journal::default();
         let made = self.followed(&mut journal, |request, journal, control| {
@@ -146,18 +146,18 @@ impl Order<'_> {
         self.output.map_or_else(beside, Path::to_owned)
     }
 
-    /// Tells of a run: what it found on standard output, what it doubts on stderr.
+    /// Prints a run's results on standard output, and its warnings on stderr.
     ///
     /// # Errors
-    /// Those of the run; an output that is closed.
-    pub fn tell(
+    /// Errors of the run; an output that is closed.
+    pub fn print(
         &self,
         run: anyhow::Result<Outcome>,
         journal: &Journal,
         out: &mut dyn Write,
     ) -> anyhow::Result<()> {
         if run.is_err() || verbosity() == Verbosity::Quiet {
-            // What was noticed helps to understand a failure as well.
+            // Remarks help to understand a failure as well.
             journal.warnings.said().iter().for_each(|text| warn(text));
         }
         let outcome = run?;
@@ -190,7 +190,7 @@ impl Order<'_> {
     }
 }
 
-/// What became of a share of the tiles.
+/// Result of a share of the tiles.
 fn tell_tiles(made: &TilesMade, directory: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
     if verbosity() == Verbosity::Quiet {
         return Ok(());
@@ -222,7 +222,7 @@ fn default_output(campaign: &Path) -> PathBuf {
     campaign.with_file_name(name)
 }
 
-/// What nothing in the data checks, as the end of a line.
+/// Settings that no data check, as the end of a line.
 fn unchecked(outcome: &Outcome) -> String {
     let settings: Vec<&str> = outcome.unchecked.iter().map(|one| one.setting).collect();
     if settings.is_empty() {
@@ -250,7 +250,7 @@ fn summarise(outcome: &Outcome, explain: bool, out: &mut dyn Write) -> anyhow::R
     }
     for finding in outcome.evidence.findings() {
         let word = match finding.verdict {
-            // Where a surveyed point is seen is worth a line of its own.
+            // A line for each surveyed point, with the target nearest to it.
             Verdict::Agrees if finding.name == "survey" => "agrees",
             Verdict::Agrees => continue,
             Verdict::Doubtful => "doubtful",
@@ -271,7 +271,8 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     if aligned.stands {
         writeln!(
             out,
-            "           the platform stands much of the time: the traces of its way are imaged, by path"
+            "the platform is at rest for much of the time: the traces in motion are imaged, weighted by \
+             path length"
         )?;
     }
     write!(

@@ -1,4 +1,4 @@
-//! `acerra info`: says what any supported file holds.
+//! `acerra info`: describes any supported file.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::describe::{Description, describe};
 use crate::terminal;
 
-/// Say what any supported file holds.
+/// Describe any supported file.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra info flight.mrm rover.ubx base.obs
@@ -25,8 +25,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// Files that cannot be read or are of no supported kind: the last of them, after the others have been said and all
-/// files described that can be.
+/// Unreadable files or files of unsupported kinds: the last of them, after the others have been reported and
+/// all readable files described.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let mut failure = None;
     for (k, file) in args.files.iter().enumerate() {

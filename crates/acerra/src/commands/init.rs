@@ -12,8 +12,8 @@ use crate::terminal::{Verbosity, verbosity};
 
 /// Write a campaign for a flight's logs: the keys that matter, set where the files say, then all others.
 ///
-/// Recognises radar logs, trajectories, the logs of GNSS receivers and navigation files by their
-/// content, tells rover and base apart by their motion, and says what it found beside each key.
+/// Recognises radar logs, trajectories, the logs of GNSS receivers and navigation files by their content,
+/// distinguishes rover and base by their motion, and writes its findings next to each key.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra init flight.mrm rover.ubx base.ubx -o flight.toml && acerra focus flight.toml
@@ -21,7 +21,7 @@ use crate::terminal::{Verbosity, verbosity};
   acerra init flight.npz flight.pos > flight.toml
   acerra init 'line-*.rd3' -o area.toml")]
 pub struct Args {
-    /// The logs of one flight, or the files of several lines over one area; `*` and `?` in a name stand for any
+    /// The logs of one flight, or the files of several lines over one area; `*` and `?` in a name match any
     /// characters.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
@@ -31,8 +31,7 @@ pub struct Args {
     /// Replace the campaign that is there already.
     #[arg(short, long, requires = "output")]
     force: bool,
-    /// Rigid body of a motion capture that holds several; by default the one that moves with the
-    /// echoes.
+    /// Rigid body of a motion capture with several; by default the one whose motion agrees with the echoes.
     #[arg(long, value_name = "NAME")]
     rigid_body: Option<String>,
 }

@@ -26,10 +26,10 @@ use crate::terminal::note;
 /// Record a flight and watch its image form in the browser; afterwards the final image is made.
 ///
 /// Records exactly as `acerra record` does, and images each pulse with the receiver's own positions (NAV-PVT,
-/// NAV-HPPOSLLH or GGA) once the position after it has come. That image is provisional, and the page says
-/// with which positions it is made. The page's Stop button, Ctrl-C or the session's stop_after_s ends the
-/// recording. Then positions are computed again (PPK) and the final image is made of the recording, as
-/// `acerra focus` would. A directory instead of a session file replays the session recorded in it.
+/// NAV-HPPOSLLH or GGA) once the position after it has arrived. That image is provisional, and the page
+/// states the positions used. The page's Stop button, Ctrl-C or the session's stop_after_s ends the
+/// recording. Then positions are computed by PPK and the final image is made of the recording, as by `acerra
+/// focus`. A directory instead of a session file replays the session recorded in it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra record --example > session.toml
@@ -40,7 +40,7 @@ pub struct Args {
     /// The session file (TOML), or the directory of a recorded session to replay.
     #[arg(value_name = "SESSION.toml|DIR")]
     source: PathBuf,
-    /// Directory of the recording. One that was interrupted is gone on with.
+    /// Directory of the recording. An interrupted recording is continued.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// The page's port; any free one by default.
@@ -181,17 +181,17 @@ impl<'a> Source<'a> {
         };
         let recorded = recorder.run(&mut |progress| record::say(&progress));
         drop(recorder);
-        // A live image that failed is told; the recording is not given up for it.
+        // A failure of the live image is reported; the recording continues.
         if let Err(error) = worker.finish() {
             crate::terminal::warn(&format!("the live image ended: {error}"));
         }
         let finished = finish(directory);
         recorded?;
-        record::tell(out, directory, &finished?)
+        record::print_summary(out, directory, &finished?)
     }
 }
 
-/// Makes the final image of a recording, unless none is wanted.
+/// Makes the final image of a recording, unless it is disabled.
 fn finish_up(
     args: &Args,
     directory: &Path,
@@ -226,7 +226,7 @@ fn finish_up(
     Ok(())
 }
 
-/// The page, served by a thread of its own.
+/// The page, served by a separate thread.
 struct Page {
     over: Arc<AtomicBool>,
     last: FinalView,
@@ -255,7 +255,7 @@ impl Page {
         self.over.store(true, Ordering::SeqCst);
         match self.thread.join() {
             Ok(served) => Ok(served?),
-            // A thread that panicked has said so itself.
+            // A thread that panicked has printed its message.
             Err(_) => Ok(()),
         }
     }

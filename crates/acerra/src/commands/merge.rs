@@ -21,8 +21,7 @@ pub struct Args {
     /// The campaign file (TOML) whose tiles were made.
     #[arg(value_name = "CAMPAIGN.toml")]
     pub(crate) campaign: PathBuf,
-    /// Directory of the tiles and for the products [default: CAMPAIGN-products beside the campaign
-    /// file].
+    /// Directory of the tiles and for the products [default: CAMPAIGN-products next to the campaign file].
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// The tiles were made with --autofocus.
@@ -31,7 +30,7 @@ pub struct Args {
     /// Print run.json on standard output instead of a summary.
     #[arg(long)]
     json: bool,
-    /// Say how the tiles were planned.
+    /// Print how the tiles were planned.
     #[arg(long)]
     explain: bool,
 }

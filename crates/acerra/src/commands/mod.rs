@@ -1,4 +1,4 @@
-//! One module for each command: its arguments and what it does with them.
+//! One module for each command: its arguments and its execution.
 //!
 //! Each `run` writes its answer to the given writer and returns the failure, if any, with the
 //! file and the place in its context; [`crate::cli`] prints it.

@@ -1,4 +1,4 @@
-//! `acerra plan`: from an area and a wanted resolution to lines that can be flown.
+//! `acerra plan`: from an area and a required resolution to flight lines.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -15,7 +15,7 @@ use acerra_products::staging::Staging;
 
 use crate::settings_files::SettingsFile;
 
-/// Plan a flight: lines, height, speed, batteries, and what to expect of the image.
+/// Plan a flight: lines, height, speed, batteries, and the expected image.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra plan --example > area.toml
@@ -26,7 +26,7 @@ Missions, a file for each flight: plan.plan (QGroundControl), plan.waypoints (Mi
 ArduPilot), plan-dji.kmz (DJI Pilot 2, FlightHub 2), plan-ugcs.csv (UgCS). With a terrain in the plan
 file they keep their height above it.")]
 pub struct Args {
-    /// The plan file: area, wanted resolution, radar, drone.
+    /// The plan file: area, required resolution, radar, drone.
     #[arg(value_name = "PLAN.toml", required_unless_present = "example")]
     pub(crate) plan: Option<PathBuf>,
     /// Print a commented plan file with every key, to begin with.
@@ -43,8 +43,7 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A plan file that cannot be read, asks for what cannot be, or an output directory that cannot be
-/// written.
+/// An unreadable plan file, an impossible request, or an output directory that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let Some(file) = args.plan.as_ref().filter(|_| !args.example) else {
         write!(out, "{}", SettingsFile::Plan.example())?;
@@ -103,8 +102,8 @@ fn older_missions(directory: &Path) -> Vec<String> {
         .collect()
 }
 
-/// All files by name. More than one flight makes `plan-1.plan`, `plan-2.plan`, … instead of
-/// `plan.plan`, and the other missions alike.
+/// All files by name. More than one flight makes `plan-1.plan`, `plan-2.plan`, … instead of `plan.plan`, and
+/// likewise for the other missions.
 fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let mut files = vec![
         (
@@ -157,7 +156,7 @@ fn products(plan: &FlightPlan) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             "across-track Rayleigh resolution (m)",
         )?,
     ));
-    // A map of ones says nothing that the summary does not.
+    // A map that is 1 everywhere adds nothing to the summary.
     if plan.curve.is_some() {
         let ghost = draw("Expected ghosts", &maps.ghost, "ghost over target")?;
         files.push(("ghost.png".to_owned(), ghost));
@@ -190,7 +189,7 @@ fn describe(plan: &FlightPlan) -> String {
     line(
         "each line shows",
         format!(
-            "{:.1} to {:.1} m beside it, where {}",
+            "{:.1} to {:.1} m to its side, where {}",
             s.swath_m[0], s.swath_m[1], s.swath_ends
         ),
     );

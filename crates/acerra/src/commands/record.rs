@@ -20,8 +20,8 @@ const EXAMPLE: &str = include_str!("session.toml");
 /// Record a flight: drive the radio, log the GNSS receiver, put both on one clock.
 ///
 /// Recording goes on until it is interrupted (Ctrl-C) or the session's stop_after_s is over. Every message
-/// and every byte goes to session.log, on the disk each second; radar.mrm, rover.ubx, radar.clock.json and
-/// campaign.toml are made of it at the end, or by --finish after a power cut.
+/// and every byte is written to session.log, on the disk each second; radar.mrm, rover.ubx, radar.clock.json
+/// and campaign.toml are derived from session.log at the end, or by --finish after a power cut.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra record --example > session.toml
@@ -32,7 +32,7 @@ pub struct Args {
     /// The session file (TOML).
     #[arg(value_name = "SESSION.toml", required_unless_present_any = ["example", "finish"])]
     session: Option<PathBuf>,
-    /// Directory of the recording. One that was interrupted is gone on with.
+    /// Directory of the recording. An interrupted recording is continued.
     #[arg(short, long, value_name = "DIR", required_unless_present_any = ["example", "finish"])]
     output: Option<PathBuf>,
     /// Make the files that `focus` takes out of the log in DIR, without recording.
@@ -52,7 +52,7 @@ pub struct Args {
 /// A session that cannot be read, instruments that do not answer or refuse, a log that cannot be written.
 pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     if let Some(directory) = &args.finish {
-        tell(out, directory, &finish(directory)?)?;
+        print_summary(out, directory, &finish(directory)?)?;
         return args.write_mcap(directory, out);
     }
     let (Some(file), Some(directory)) = (&args.session, &args.output) else {
@@ -73,16 +73,16 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     };
     let recorded = recorder.run(&mut |progress| say(&progress));
     if recorded.is_err() {
-        // What was recorded before is made use of; the failure of the recording is the one to tell.
+        // The data recorded before are finished; the failure of the recording is the one reported.
         let _ = finish(directory);
     }
     recorded?;
-    tell(out, directory, &finish(directory)?)?;
+    print_summary(out, directory, &finish(directory)?)?;
     args.write_mcap(directory, out)
 }
 
 impl Args {
-    /// Writes the recording as one MCAP file, where that is asked for.
+    /// Writes the recording as one MCAP file, where requested.
     fn write_mcap(&self, directory: &Path, out: &mut dyn Write) -> anyhow::Result<()> {
         if !self.mcap {
             return Ok(());
@@ -96,7 +96,7 @@ impl Args {
     }
 }
 
-/// Reads a session file; says what is doubtful, and refuses what makes a recording of no use.
+/// Reads a session file; prints doubts, and refuses settings that would make a recording useless.
 pub(super) fn open(file: &Path) -> anyhow::Result<Session> {
     let at = || format!("{}", file.display());
     let text = std::fs::read_to_string(file).with_context(at)?;
@@ -106,7 +106,7 @@ pub(super) fn open(file: &Path) -> anyhow::Result<Session> {
     Ok(session)
 }
 
-/// Says what is doubtful, and refuses what makes a recording of no use.
+/// Prints doubts, and refuses settings that would make a recording useless.
 fn refuse_doubtful(session: &Session) -> anyhow::Result<()> {
     for doubt in doubts(&session.radio, &session.flight) {
         anyhow::ensure!(!doubt.is_fatal, "{}", doubt.text);
@@ -115,7 +115,7 @@ fn refuse_doubtful(session: &Session) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Tells the one who flies: warnings with a beep, the state on one line.
+/// Informs the pilot: warnings with a beep, the state on one line.
 pub(super) fn say(progress: &Progress) {
     let mut stderr = std::io::stderr();
     let is_terminal = stderr.is_terminal();
@@ -124,7 +124,7 @@ pub(super) fn say(progress: &Progress) {
     } else {
         ["", "\n"]
     };
-    // Nothing is left to tell if stderr is closed: recording goes on.
+    // If stderr is closed nothing can be reported: recording continues.
     let _ = match progress {
         Progress::Warning(text) => {
             let beep = if is_terminal { "\x07" } else { "" };
@@ -164,7 +164,7 @@ fn line(health: &Health) -> String {
     )
 }
 
-pub(super) fn tell(
+pub(super) fn print_summary(
     out: &mut dyn Write,
     directory: &Path,
     finished: &Finished,

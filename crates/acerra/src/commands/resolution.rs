@@ -1,4 +1,4 @@
-//! `acerra resolution`: what a straight track resolves in theory.
+//! `acerra resolution`: the theoretical resolution of a straight track.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -12,7 +12,7 @@ use super::values::{band_ghz, not_negative, positive};
 use acerra_figure::{Axis, Map};
 use acerra_products::staging::Staging;
 
-/// Say what a straight flight resolves in theory (Eqs. 6–12), and map it (Figure 6).
+/// Print the resolution of a straight flight (Eqs. 6–12), and map it (Figure 6).
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra resolution --height 10 --offset 2 --half-aperture-m 3
@@ -140,7 +140,7 @@ fn map(args: &Args, range_m: f64) -> anyhow::Result<[Vec<u8>; 2]> {
     let last = (MAP_POINTS - 1) as f64;
     let (offset_step, height_step) = (args.map_offset_m / last, args.map_height_m / last);
     let offset_m: Vec<f64> = (0..MAP_POINTS).map(|i| offset_step * i as f64).collect();
-    // A flight has some height: the first row is one step up.
+    // A flight has a height above 0: the first row is one step up.
     let height_m: Vec<f64> = (1..MAP_POINTS).map(|i| height_step * i as f64).collect();
     let across_m = across_track_map_m(range_m, &offset_m, &height_m)?;
 

@@ -65,8 +65,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The logs of an older simulation in a directory, which tells by its truth: the newer scene may
-/// have other instruments. What the newer scene itself reads stays.
+/// The logs of an older simulation in a directory, recognised by its truth file: the newer scene may have
+/// other instruments. Files that the newer scene itself reads stay.
 fn older_logs(directory: &Path, scene: &Scene) -> Vec<String> {
     if !directory.join("truth.json").is_file() {
         return Vec::new();

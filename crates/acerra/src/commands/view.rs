@@ -32,8 +32,8 @@ pub struct Args {
     /// Print the address and open no browser.
     #[arg(long)]
     no_open: bool,
-    /// Map tiles under the image: an address with {z}, {x} and {y}, loaded by the browser from that
-    /// server, or a directory with files z/x/y.png. Nothing is loaded from elsewhere without it.
+    /// Map tiles under the image: an address with {z}, {x} and {y}, loaded by the browser from that server,
+    /// or a directory with files z/x/y.png. Without this option no tiles are loaded.
     #[arg(long, visible_alias = "tiles", value_name = "URL or DIRECTORY")]
     basemap: Option<String>,
 }

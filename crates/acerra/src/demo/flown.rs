@@ -1,4 +1,4 @@
-//! A simulated flight with what the chain made of it, and how far that is from the truth.
+//! A simulated flight with its processed result, and the errors of the result relative to the truth.
 
 use acerra_geo::trajectory::SolutionStatus;
 use acerra_imaging::metrics::{LocalTrack, Target};
@@ -10,14 +10,14 @@ use acerra_products::Outcome;
 use acerra_simulate::scene::Scene;
 use acerra_simulate::write::Simulated;
 
-/// A simulated flight and what the chain made of it.
+/// A simulated flight and its processed result.
 #[derive(Debug)]
 pub struct Flown {
-    /// What was flown, over what.
+    /// The flight and the ground below.
     pub scene: Scene,
     /// What was logged.
     pub simulated: Simulated,
-    /// What the chain made of the logs.
+    /// Result of the chain for the logs.
     pub outcome: Outcome,
     /// Where the radar's phase centre truly was at each imaged trace (m).
     pub truth_m: Vec<[f64; 3]>,
@@ -32,8 +32,7 @@ pub struct Found {
     pub true_m: [f64; 3],
     /// The target nearest to it.
     pub target: Target,
-    /// How far Eq. (14) lets the height error of this flight displace its image across the track
-    /// (m).
+    /// Displacement of this flight's image across the track by the height error, by Eq. (14) (m).
     pub across_bound_m: f64,
 }
 
@@ -88,7 +87,7 @@ impl Flown {
             .collect()
     }
 
-    /// What zero-timing takes ranges for too long by (m).
+    /// Error of ranges by zero-timing (m), positive for ranges that are too long.
     #[must_use]
     pub fn range_error_m(&self) -> f64 {
         let shift_s = self.outcome.prepared.cleaned().map_or(0.0, |t| t.shift_s);
@@ -96,7 +95,7 @@ impl Flown {
         half_c * (shift_s + 1e-9 * self.scene.radar.delay_ns)
     }
 
-    /// How many of the imaged traces are at fixed positions.
+    /// Number of imaged traces at fixed positions.
     #[must_use]
     pub fn fixed(&self) -> usize {
         let status = &self.outcome.prepared.aligned.status;
@@ -106,8 +105,8 @@ impl Flown {
             .count()
     }
 
-    /// The offset between the clocks that was found less the true one, and its standard deviation (s); none
-    /// where the campaign states it.
+    /// The estimated offset between the clocks less the true one, and its standard deviation (s); none where
+    /// the campaign states the offset.
     #[must_use]
     pub fn offset_error_s(&self) -> Option<[f64; 2]> {
         let track = self.outcome.prepared.first();
@@ -139,8 +138,8 @@ impl Flown {
         found
     }
 
-    /// Eq. (14) for the largest height error at the traces that see a point within 45°: a plane
-    /// that seems that much too high displaces the image outward by so much.
+    /// Eq. (14) for the largest height error at the traces that see a point within 45°: outward displacement
+    /// of the image by an image plane that is too high by this error.
     fn across_bound_m(&self, point_m: [f64; 3]) -> f64 {
         let Some(track) = LocalTrack::at(&self.truth_m, point_m) else {
             return 0.0;

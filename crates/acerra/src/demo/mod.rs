@@ -1,5 +1,5 @@
-//! The paper's campaign (§4): two reflectors, flown over twice, simulated to the last byte of its
-//! logs and processed by the ordinary chain, which knows nothing of the truth.
+//! The paper's campaign (§4): two reflectors, flown over twice, simulated to the last byte of its logs and
+//! processed by the ordinary chain without access to the truth.
 
 mod flown;
 mod page;
@@ -19,7 +19,7 @@ use acerra_simulate::scene::{OffsetTold, Record, Scene};
 pub use flown::{Flown, Found, largest_envelope, rms_m};
 pub use page::demonstration_page;
 
-/// A track of the campaign, with what the paper says of it.
+/// A track of the campaign, with the paper's results.
 #[derive(Clone, Copy, Debug)]
 pub struct Track {
     /// Its folder.
@@ -30,17 +30,17 @@ pub struct Track {
     pub scene: &'static str,
     /// Measured by the paper (Table 4), both targets, along the track (m).
     pub paper_along_m: [f64; 2],
-    /// The same across the track (m).
+    /// Resolution across the track (m).
     pub paper_across_m: [f64; 2],
     /// Theory for a straight track at the mean height (Table 4), along the track (m).
     pub theory_along_m: f64,
-    /// The same across the track (m).
+    /// Resolution across the track (m).
     pub theory_across_m: f64,
     /// Largest standard deviations of the paper's positions (Table 3): x, y, z (m).
     pub paper_sigma_m: [f64; 3],
 }
 
-/// Track 1 over the reflectors, Track 2 beside them.
+/// Track 1 over the reflectors, Track 2 to their side.
 pub const TRACKS: [Track; 2] = [
     Track {
         name: "track-1",
@@ -54,7 +54,7 @@ pub const TRACKS: [Track; 2] = [
     },
     Track {
         name: "track-2",
-        title: "Track 2: 2 m beside the reflectors, 10 m high",
+        title: "Track 2: 2 m to the side of the reflectors, 10 m high",
         scene: TRACK_2,
         paper_along_m: [0.07, 0.09],
         paper_across_m: [0.51, 0.50],

@@ -19,12 +19,11 @@ pub fn demonstration_page(flights: &[(Track, &Flown)], directory: &Path) -> anyh
         .collect::<anyhow::Result<_>>()?;
     Ok(index_page(&IndexPage {
         title: "The paper's campaign, simulated and processed".to_owned(),
-        summary: "Two trihedral reflectors 10 m apart, overflown twice by a small drone with a \
-                  P440 radar and a single-frequency GNSS receiver. The logs were simulated as the \
-                  instruments would have written them, from before take-off to after landing; the \
-                  chain that processed them found the offset between their clocks from the climbs, and \
-                  was told what one measures on site: the base's position, the lever arm, and the height \
-                  of the ground."
+        summary: "Two trihedral reflectors 10 m apart, overflown twice by a small drone with a P440 radar \
+                  and a single-frequency GNSS receiver. The logs were simulated as the instruments would \
+                  have written them, from before take-off to after landing; the chain that processed them \
+                  found the offset between their clocks from the climbs, and was given the values measured \
+                  on site: the base's position, the lever arm, and the height of the ground."
             .to_owned(),
         entries,
         tables: vec![places(flights), resolutions(flights), positions(flights)],
@@ -48,7 +47,7 @@ fn entry(track: &Track, flown: &Flown, directory: &Path) -> anyhow::Result<Index
     })
 }
 
-/// What is before the colon of a track's title.
+/// The part of a track's title before the colon.
 fn short(track: &Track) -> &str {
     track.title.split(':').next().unwrap_or(track.name)
 }
@@ -83,9 +82,8 @@ fn places(flights: &[(Track, &Flown)]) -> ComparisonTable {
         "ghost",
     ];
     ComparisonTable {
-        caption: "Where the image shows the reflectors, against where they truly are. The fourth \
-                  column is how far the largest height error of the flight may move them across \
-                  the track."
+        caption: "Places of the reflectors in the image, relative to their true places. The fourth column \
+                  is how far the largest height error of the flight may move them across the track."
             .to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: reflectors(flights, |_, f| {
@@ -116,7 +114,7 @@ fn resolutions(flights: &[(Track, &Flown)]) -> ComparisonTable {
     let metres = |v: Option<f64>| v.map_or("–".to_owned(), |v| format!("{v:.3}"));
     ComparisonTable {
         caption:
-            "Rayleigh resolution (peak to first minimum) beside Table 4 of Catapano et al. 2020"
+            "Rayleigh resolution (peak to first minimum), compared with Table 4 of Catapano et al. 2020"
                 .to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: reflectors(flights, |track, f| {
@@ -158,7 +156,7 @@ fn positions(flights: &[(Track, &Flown)]) -> ComparisonTable {
         })
         .collect();
     ComparisonTable {
-        caption: "Positions by carrier phase against the truth (x / y / z), beside Table 3"
+        caption: "Positions by carrier phase against the truth (x / y / z), compared with Table 3"
             .to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows,
@@ -176,16 +174,16 @@ fn remarks(flights: &[(Track, &Flown)]) -> Vec<String> {
         .collect();
     if !distances.is_empty() {
         remarks.push(format!(
-            "The reflectors stand 10.000 m apart; in the images, {}.",
+            "The reflectors are 10.000 m apart; in the images, {}.",
             distances.join(" and ")
         ));
     }
     if let Ok(Some(moved_m)) = displacement_m(4.0, 0.0, 0.03) {
         remarks.push(format!(
-            "Straight below the track the image cannot tell a small height error from a shift \
-             across: by Eq. (14), 3 cm of height move a target at nadir by {moved_m:.1} m from a \
-             height of 4 m. Across the track, Track 1 is therefore to be read with that in mind; \
-             along the track no such thing happens."
+            "Straight below the track the image cannot distinguish a small height error from a shift \
+             across: by Eq. (14), 3 cm of height move a target at nadir by {moved_m:.1} m from a height of \
+             4 m. Across the track, Track 1 is therefore to be read with that in mind; along the track \
+             there is no such shift."
         ));
     }
     remarks

@@ -9,7 +9,7 @@ use acerra_gnss::input::{FileKind, sniff};
 
 use super::description::Description;
 
-/// Whether the first bytes are those of a configuration.
+/// Whether the first bytes belong to a configuration.
 pub fn is_configuration(head: &[u8]) -> bool {
     sniff(head) == FileKind::RtklibConf
 }

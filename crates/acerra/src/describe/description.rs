@@ -10,7 +10,7 @@ pub struct Description {
     pub kind: String,
     /// Named facts; names carry their units.
     pub facts: serde_json::Map<String, Value>,
-    /// What is missing, damaged or worth knowing.
+    /// Missing or damaged data, and remarks.
     pub notes: Vec<String>,
 }
 

@@ -33,7 +33,7 @@ pub fn describe(reader: impl Read) -> anyhow::Result<Description> {
     Ok(d)
 }
 
-/// Every source with what it holds.
+/// Every source with its contents.
 fn sources(report: &LogReport) -> Vec<String> {
     let positions = report
         .sources

@@ -13,7 +13,7 @@ use acerra_gnss::{GnssFile, Navigation, ObservationData, read_gnss_near};
 
 use super::description::Description;
 
-/// Whether the first bytes are those of a zip archive that is no array file: its first member is no array.
+/// Whether the first bytes belong to a zip archive whose first member is no array.
 pub fn is_archive(head: &[u8]) -> bool {
     let length = head
         .get(26..28)
@@ -22,7 +22,7 @@ pub fn is_archive(head: &[u8]) -> bool {
     head.starts_with(b"PK\x03\x04") && name.is_some_and(|name| !name.ends_with(b".npy"))
 }
 
-/// Whether the first bytes are those of a GNSS file.
+/// Whether the first bytes belong to a GNSS file.
 pub fn is_gnss(head: &[u8]) -> bool {
     matches!(
         sniff(head),

@@ -6,7 +6,7 @@ use acerra_npz::NpzReader;
 
 use super::description::Description;
 
-/// Whether the first bytes are those of an `image.npz`.
+/// Whether the first bytes belong to an `image.npz`.
 pub fn is_image(head: &[u8]) -> bool {
     // The name of the first member is right behind its 30-byte local header.
     head.starts_with(b"PK\x03\x04") && head.get(30..).is_some_and(|b| b.starts_with(b"image.npy"))

@@ -1,4 +1,4 @@
-//! What a file holds, whatever its kind.
+//! Description of a file of any kind.
 
 mod configuration;
 mod description;
@@ -21,7 +21,7 @@ use anyhow::{Context, bail};
 
 pub use description::Description;
 
-/// Reads the file, whole, and says what it holds.
+/// Reads a file as a whole and describes it.
 ///
 /// # Errors
 /// A file that cannot be read, is of no known kind, or is broken beyond use.

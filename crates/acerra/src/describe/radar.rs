@@ -9,14 +9,14 @@ use acerra_radar::{
 
 use super::description::Description;
 
-/// Whether the first bytes are those of a radar log.
+/// Whether the first bytes belong to a radar log.
 pub fn is_radar(head: &[u8]) -> bool {
     // Whatever else is wrong with a short piece, its kind is recognised or not.
     let read = acerra_radar::read(std::io::Cursor::new(head), &Limits::default());
     !matches!(read, Err(OpenError::Read(ReadError::Unrecognised { .. })))
 }
 
-/// Whether the first bytes are those of a log of scans.
+/// Whether the first bytes belong to a log of scans.
 pub fn is_log(head: &[u8]) -> bool {
     let read = acerra_radar::read(std::io::Cursor::new(head), &Limits::default());
     matches!(read, Ok(RadarFile::Log(_)))

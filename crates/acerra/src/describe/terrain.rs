@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::description::Description;
 
-/// Most cells whose heights are looked at.
+/// Largest number of cells whose heights are read.
 const MOST_CELLS: usize = 1 << 25;
 
 pub fn describe(path: &Path) -> anyhow::Result<Description> {
@@ -35,7 +35,7 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
         Some(vertical) => d.fact("heights_above", vertical),
         None => d
             .notes
-            .push("the file does not say what its heights count from".to_owned()),
+            .push("the file does not state what its heights count from".to_owned()),
     }
     match file.heights(MOST_CELLS) {
         Ok(heights) => {
@@ -44,7 +44,7 @@ pub fn describe(path: &Path) -> anyhow::Result<Description> {
             d.fact("cells_without_data", heights.without_data);
         }
         Err(error @ TerrainError::Limit { .. }) => {
-            d.notes.push(format!("heights not looked at: {error}"))
+            d.notes.push(format!("heights not read: {error}"))
         }
         Err(error) => return Err(error.into()),
     }

@@ -61,14 +61,14 @@ fn describe_bodies(path: &Path, names: &[String]) -> anyhow::Result<Description>
         ));
     }
     d.notes.push(
-        "acerra init takes the one that moves with the echoes, or that of --rigid-body; a campaign names it \
-         ([trajectory] rigid_body)"
+        "acerra init takes the body whose motion agrees with the echoes, or that of --rigid-body; a \
+         campaign names it ([trajectory] rigid_body)"
             .to_owned(),
     );
     Ok(d)
 }
 
-/// Adds what there is to say of positions, wherever they come from.
+/// Adds the remarks on positions of any source.
 pub fn add_trajectory(d: &mut Description, trajectory: &Trajectory) {
     d.fact("positions", trajectory.fixes().len());
     d.fact("start_s", trajectory.start_s());

@@ -1,4 +1,4 @@
-//! What a first look at a flight answers in its campaign, and what it asks.
+//! Answers for a campaign from a first look at its flight, and the remaining questions.
 
 use acerra_chain::look::{Determined, FirstLook, SideLook};
 
@@ -7,9 +7,10 @@ use crate::settings_files::template::Filled;
 /// Resolution along range of the default band, 1.7 GHz (m): heights and delays that move the image by less need no
 /// answer.
 const CELL_M: f64 = 0.088;
-/// How much stronger an echo beyond the flight's surroundings is than those within for the image to reach there (dB).
+/// Level of an echo beyond the flight's surroundings above those within from which the image reaches to it
+/// (dB).
 const BEYOND_DB: f64 = 10.0;
-/// How far the image reaches beyond it (m).
+/// Margin of the image beyond that echo (m).
 const MARGIN_M: f64 = 1.0;
 
 /// Keys and questions.
@@ -96,7 +97,7 @@ impl Answers {
             for (key, [from, to]) in ["image.x_m", "image.y_m"].iter().zip(side.around_m) {
                 let extent = Filled::new(key, format!("[{from:.1}, {to:.1}]"));
                 self.filled.push(
-                    extent.because("the surroundings of the track: choose what you want to see"),
+                    extent.because("the surroundings of the track: choose the area of interest"),
                 );
             }
             return;
@@ -117,7 +118,7 @@ impl Answers {
     }
 }
 
-/// What the echoes leave of a quantity, in words.
+/// Interval of a quantity that the echoes leave, in words.
 fn left(of: &Determined, per_unit: f64, unit: &str) -> String {
     let [from, to] = of.within.map(|v| v * per_unit);
     if of.is_bounded {

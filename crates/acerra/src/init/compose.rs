@@ -19,8 +19,7 @@ use crate::progress::Bar;
 use crate::settings_files::SettingsFile;
 use crate::settings_files::template::{Filled, quoted, write_first};
 
-/// How far beside the track the default gate lets echoes of the ground in (m of range beyond the
-/// height): 24 ns.
+/// Range beyond the height up to which the default gate keeps echoes of the ground (m): 24 ns.
 const GATED_M: f64 = 3.6;
 
 /// Keys that matter on every flight, whatever was found.
@@ -84,7 +83,7 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
                 campaign.filled.push(Filled::remark(
                     "gnss.rover",
                     format!(
-                        "{} and {}, not used beside the trajectory",
+                        "{} and {}, not used as a trajectory is given",
                         pair.rover.path.display(),
                         pair.base.path.display()
                     ),
@@ -150,8 +149,8 @@ fn band_key([low, high]: [f64; 2]) -> Filled {
 /// A trajectory by its path.
 type Given = (PathBuf, TrajectoryFile);
 
-/// The only flight log with attitudes, where positions come from elsewhere: receivers' logs, or a trajectory on GPS
-/// time. And the trajectories beside it.
+/// The only flight log with attitudes, where positions come from elsewhere: receivers' logs, or a trajectory
+/// on GPS time. And the other trajectories.
 fn attitudes_apart(logs: &Logs, has_receivers: bool) -> (Option<(&Path, &LogReport)>, Vec<&Given>) {
     let all = || logs.trajectory.iter();
     let attitudes = |given: &&Given| given.1.log().is_some_and(|l| l.attitude_source.is_some());
@@ -176,12 +175,12 @@ fn attitudes_apart(logs: &Logs, has_receivers: bool) -> (Option<(&Path, &LogRepo
 /// The keys found so far.
 struct Campaign<'a> {
     folder: &'a Path,
-    /// Whether a recorded clock lies beside the radar log.
+    /// Whether a recorded clock is next to the radar log.
     has_clock: bool,
-    /// Whether the files follow lines, each of which may have ends of its own.
+    /// Whether the files follow lines, each of which may have its own ends.
     has_lines: bool,
     filled: Vec<Filled>,
-    /// What the logs do not state and the image rests on.
+    /// Settings that the logs do not state and the image depends on.
     questions: Vec<String>,
 }
 
@@ -241,7 +240,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// Where the echoes of a radar that looks to the side focus, and what they leave open.
+    /// Places where the echoes of a side-looking radar focus, and the quantities that they leave open.
     fn with_look(
         &mut self,
         radargram: &Radargram,
@@ -262,8 +261,8 @@ impl Campaign<'_> {
             Err(LookError::Cancelled(cancelled)) => return Err(cancelled.into()),
             Err(error) => {
                 self.questions.push(format!(
-                    "[image]: does the radar look down or to the side, and how high is what it sees? The echoes could not \
-                     be looked at ({error}); the defaults suit a radar that looks down"
+                    "[image]: does the radar look down or to the side, and at what height is the scene? The \
+                     echoes could not be examined ({error}); the defaults suit a radar that looks down"
                 ));
                 return Ok(());
             }
@@ -287,7 +286,7 @@ impl Campaign<'_> {
         };
         self.filled.push(
             Filled::new("radar.line_start_m", "[0.0, 0.0, 0.0]").because(
-                "the file counts the way along its line, not where that lies: state both ends",
+                "the file gives the distance along its line, not the position of the line: state both ends",
             ),
         );
         self.filled.push(
@@ -363,7 +362,7 @@ impl Campaign<'_> {
             });
         self.filled.push(Filled::remark(
             "trajectory.origin_deg_m",
-            "positions count from the base's antenna unless this says otherwise",
+            "positions count from the base's antenna unless this states otherwise",
         ));
         self.offset_unknown(true);
         if let Some(bounds_m) = pair.rover_bounds_m() {
@@ -378,14 +377,14 @@ impl Campaign<'_> {
         if self.has_clock && is_on_gps_time {
             self.filled.push(Filled::remark(
                 "trajectory.time_offset_s",
-                "left out: the clock recorded beside the radar log tells it",
+                "left out: the clock recorded with the radar log gives it",
             ));
             return;
         }
         self.filled
             .push(Filled::new("trajectory.time_offset_s", "\"auto\"").because(
-                "the radar's log has a clock of its own: the offset is found from the data; state \
-                 it where it is known",
+                "the radar's clock is not GPS time: the offset is found from the data; state it where it is \
+                 known",
             ));
     }
 
@@ -408,7 +407,7 @@ impl Campaign<'_> {
             let to = (high[k] + beside_m).ceil();
             self.filled.push(
                 Filled::new(key, format!("[{from:.1}, {to:.1}]"))
-                    .because("the surroundings of the track: choose what you want to see"),
+                    .because("the surroundings of the track: choose the area of interest"),
             );
         }
     }
@@ -430,7 +429,7 @@ impl Campaign<'_> {
     }
 }
 
-/// What there is to say where a log holds gimbals. A topic of an MCAP file says of none that it is one.
+/// Remark on the gimbals of a log. A topic of an MCAP file does not state that it is one.
 fn gimbal_remark(log: &LogReport) -> Option<Filled> {
     let gimbals = log.gimbal_sources.iter().filter(|g| g.attitudes > 0);
     let gimbals: Vec<String> = gimbals

@@ -1,4 +1,4 @@
-//! Which receiver flew and which stood, and where.
+//! Which receiver flew, which was at rest, and their places.
 
 use acerra_geo::geodesy::{EnuFrame, geodetic_from_ecef};
 use anyhow::{bail, ensure};
@@ -6,7 +6,7 @@ use anyhow::{bail, ensure};
 use super::logs::Logs;
 use super::receivers::{Place, SinglePoint, is_same};
 
-/// Rover and base, with what distinguishes them.
+/// Rover and base, with the evidence.
 #[derive(Debug)]
 pub(super) struct Pair<'a> {
     pub rover: Place<'a>,
@@ -17,14 +17,14 @@ pub(super) struct Pair<'a> {
     pub unused: Vec<String>,
 }
 
-/// A receiver that moves spreads over so many times as much as one that stands …
+/// Least ratio of the spread of a moving receiver to that of a receiver at rest …
 const SPREAD_RATIO: f64 = 3.0;
-/// … and over so much at least (m): single-point positions of a receiver at rest wander less.
+/// … and least spread (m): single-point positions of a receiver at rest wander less.
 const LEAST_SPREAD_M: f64 = 5.0;
 /// It is also faster than this (m/s), by Doppler.
 const LEAST_SPEED_M_S: f64 = 0.5;
 
-/// Tells rover and base apart; none where there is no receiver's log.
+/// Distinguishes rover and base; none without a receiver's log.
 ///
 /// # Errors
 /// A single receiver; two that share no time.
@@ -51,8 +51,8 @@ pub(super) fn pair(logs: &Logs) -> anyhow::Result<Option<Pair<'_>>> {
     match places.as_slice() {
         [] => return Ok(None),
         [one] => bail!(
-            "{}: the only log of a GNSS receiver; positions by carrier phase need a second one that \
-             stood by (or give a trajectory)",
+            "{}: the only log of a GNSS receiver; positions by carrier phase need a second one at rest \
+             nearby (or give a trajectory)",
             one.path.display()
         ),
         _ => {}
@@ -84,7 +84,7 @@ pub(super) fn pair(logs: &Logs) -> anyhow::Result<Option<Pair<'_>>> {
     }))
 }
 
-/// Which of several receivers flew, and what says so.
+/// Which of several receivers flew, with the evidence.
 fn tell_rover(places: &[Place<'_>]) -> (usize, String) {
     let spread = |p: &Place<'_>| p.single.map_or(0.0, |s| s.spread_m);
     let speed = |p: &Place<'_>| p.single.and_then(|s| s.speed_m_s).unwrap_or(0.0);
@@ -103,7 +103,7 @@ fn tell_rover(places: &[Place<'_>]) -> (usize, String) {
         let next = others.map(|(_, p)| of(p)).fold(0.0, f64::max);
         if most >= least && most >= SPREAD_RATIO * next {
             let reason = format!(
-                "its own single-point {name} {most:.1} {unit}, those of the base over {next:.1} {unit}"
+                "its single-point {name} {most:.1} {unit}, those of the base over {next:.1} {unit}"
             );
             return (k, reason);
         }
@@ -145,7 +145,7 @@ impl Pair<'_> {
         self.base.single.map(|s| degrees(s.middle_ecef_m))
     }
 
-    /// What is known of the base's place, in words.
+    /// Source and accuracy of the base's place, in words.
     pub(super) fn says_base(&self) -> String {
         let text = |ecef_m: [f64; 3]| {
             let [latitude, longitude, height] = degrees(ecef_m);
@@ -153,18 +153,18 @@ impl Pair<'_> {
         };
         match (self.base.header_ecef_m, self.base.single) {
             (Some(header), Some(single)) => format!(
-                "the log's header says {}, {:.1} m from the median of {} single-point positions",
+                "the log's header states {}, {:.1} m from the median of {} single-point positions",
                 text(header),
                 distance_m(header, single.middle_ecef_m),
                 single.count
             ),
-            (Some(header), None) => format!("the log's header says {}", text(header)),
+            (Some(header), None) => format!("the log's header states {}", text(header)),
             (None, Some(single)) => format!(
-                "nothing in the log; this is the median of its {} single-point positions, some \
-                 metres off: all positions move with it, not the image's sharpness",
+                "not in the log; this is the median of its {} single-point positions, some metres off: all \
+                 positions shift with it, the image's sharpness does not change",
                 single.count
             ),
-            (None, None) => "nothing in the log, and no navigation data to compute it".to_owned(),
+            (None, None) => "not in the log, and no navigation data to compute it".to_owned(),
         }
     }
 

@@ -41,8 +41,8 @@ fn matching(pattern: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(source.files()?)
 }
 
-/// Several files as `[radar] files` names them: by one name with a star where that stands for these files alone, else
-/// one by one.
+/// Several files as `[radar] files` names them: by one name with a star where it matches these files alone,
+/// else one by one.
 ///
 /// # Errors
 /// A path that TOML cannot hold.
@@ -82,7 +82,7 @@ fn parent_or_here(parent: &Path) -> &Path {
     }
 }
 
-/// The name with a star that stands for these files and no others.
+/// The name with a star that matches these files and no others.
 fn common_pattern(paths: &[&Path]) -> Option<PathBuf> {
     let (first, rest) = paths.split_first()?;
     let parent = first.parent()?;
@@ -122,7 +122,7 @@ pub(super) fn way_said(radar: &[&RadarInput]) -> String {
             (low.min(*way), high.max(*way))
         });
     match radar {
-        _ if ways.len() < radar.len() => "the files count no way along their lines".to_owned(),
+        _ if ways.len() < radar.len() => "the files give no distance along their lines".to_owned(),
         [_] => format!("the file counts {high:.3} m from the first trace to the last"),
         _ if high - low < 5e-4 => {
             format!("the files count {high:.3} m from the first trace to the last")
@@ -131,8 +131,8 @@ pub(super) fn way_said(radar: &[&RadarInput]) -> String {
     }
 }
 
-/// Keys for antennas that the files say are apart: their offset, where the file places the traces itself, and zero-timing
-/// by the direct wave between them.
+/// Keys for antennas that the files state to be apart: their offset, where the file places the traces itself,
+/// and zero-timing by the direct wave between them.
 pub(super) fn antennas_apart(radar: &[&RadarInput]) -> Vec<Filled> {
     let Some(apart_m) = radar.first().and_then(|log| log.antenna_separation_m) else {
         return Vec::new();
@@ -146,13 +146,13 @@ pub(super) fn antennas_apart(radar: &[&RadarInput]) -> Vec<Filled> {
     let offset = radar.iter().all(|log| log.has_positions).then(|| {
         let offset = Filled::new("radar.antenna_offset_m", format!("[{apart_m:?}, 0.0, 0.0]"));
         offset.because(
-            "the header says how far transmitter and receiver are apart, not in which direction: one behind the other \
-             along the way is taken",
+            "the header gives the distance of transmitter and receiver, not its direction: they are assumed \
+             one behind the other along the line",
         )
     });
     let timing = Filled::new("preprocess.zero_timing", "\"direct-wave\"").because(format!(
-        "transmitter and receiver are {apart_m} m apart: the direct wave between them, the first arrival, says when \
-         range is zero; state radar.delay_ns instead where the record begins after it"
+        "transmitter and receiver are {apart_m} m apart: the direct wave between them, the first arrival, \
+         gives the time of range zero; state radar.delay_ns instead where the record begins after it"
     ));
     offset.into_iter().chain([timing]).collect()
 }
@@ -171,7 +171,7 @@ mod tests {
         let all = ["line-1.rd3", "line-2.rd3", "line-10.rd3"].map(of);
         let paths: Vec<&Path> = all.iter().map(PathBuf::as_path).collect();
         assert_eq!(common_pattern(&paths), Some(of("line-*.rd3")));
-        // Without one of them the pattern would stand for more.
+        // Without one of these files the pattern would match further files.
         assert_eq!(common_pattern(&paths[..2]), None);
         let found = expanded(&[of("line-?.rd3"), of("note.rd3")]).unwrap();
         assert_eq!(found, ["line-1.rd3", "line-2.rd3", "note.rd3"].map(of));

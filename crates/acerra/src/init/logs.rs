@@ -1,4 +1,4 @@
-//! The files given, each read and sorted by what it is.
+//! The given files, read and sorted by kind.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
@@ -56,8 +56,8 @@ struct Capture {
     bodies: Vec<(String, TrajectoryFile)>,
 }
 
-/// Correlation with the change of the echoes that the radar's own motion has at least, and by how much it surpasses
-/// every other's.
+/// Least correlation of the radar's own motion with the change of the echoes, and least margin over every
+/// other body's.
 const LEAST_CORRELATION: f64 = 0.4;
 const LEAST_LEAD: f64 = 0.1;
 
@@ -71,11 +71,11 @@ pub(super) struct RadarInput {
     pub time_s: Option<[f64; 2]>,
     /// Whether the file brings the positions of its traces.
     pub has_positions: bool,
-    /// Way along the line (m), where the file counts it.
+    /// Distance along the line (m), where the file gives it.
     pub way_m: Option<f64>,
     /// Whether another maker's radar wrote it.
     pub is_foreign: bool,
-    /// Distance between transmitter and receiver (m), where the file says it.
+    /// Distance between transmitter and receiver (m), where the file states it.
     pub antenna_separation_m: Option<f64>,
     /// Band that its echoes occupy (GHz), where that is not the default radar's.
     pub band_ghz: Option<[f64; 2]>,
@@ -91,13 +91,13 @@ pub(super) struct Receiver {
 }
 
 impl Logs {
-    /// Whether nothing but radar logs was given.
+    /// Whether only radar logs were given.
     pub(super) fn is_radar_alone(&self) -> bool {
         self.trajectory.is_empty() && self.receiver.is_empty()
     }
 
-    /// Reads the files; of a motion capture with several rigid bodies the one of that name, or the one that moves
-    /// with the echoes.
+    /// Reads the files; of a motion capture with several rigid bodies the one of that name, or the one whose
+    /// motion agrees with the echoes.
     ///
     /// # Errors
     /// A file that cannot be read, is of no known kind, or is of no use for a campaign; several rigid bodies of which

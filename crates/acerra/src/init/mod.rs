@@ -1,4 +1,4 @@
-//! From logs to a commented campaign: which file is what, and what is in it.
+//! From logs to a commented campaign: the kind of each file, and its contents.
 //!
 //! ```text
 //! files ──look──► Logs ──assign──► radar, positions ──compose──► campaign text
@@ -20,7 +20,7 @@ pub use compose::compose;
 pub use lines::expanded;
 pub use logs::Logs;
 
-/// How a campaign in `folder` names `file`: relative to it where the file lies below.
+/// Path of `file` in a campaign in `folder`: relative to the folder where the file lies below it.
 ///
 /// # Errors
 /// A path that is not UTF-8, which TOML cannot hold.

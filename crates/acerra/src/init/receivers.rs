@@ -1,4 +1,4 @@
-//! Where a GNSS receiver was, by its own single-point positions, and whether it moved.
+//! Place of a GNSS receiver by its own single-point positions, and whether it moved.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use super::logs::Receiver;
 /// Epochs of a log that are positioned: enough for the mean of a place and the path of a flight.
 const MOST_EPOCHS: usize = 240;
 
-/// What a receiver's log says of its place.
+/// Data of a receiver's log on its place.
 #[derive(Clone, Debug)]
 pub(super) struct Place<'a> {
     pub path: &'a Path,
@@ -23,7 +23,7 @@ pub(super) struct Place<'a> {
     pub epochs: usize,
     /// Position in the log's header (ECEF, m).
     pub header_ecef_m: Option<[f64; 3]>,
-    /// What single-point positions say; none without navigation data.
+    /// Result of single-point positions; none without navigation data.
     pub single: Option<SinglePoint>,
 }
 
@@ -113,15 +113,15 @@ fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.get(index).copied()
 }
 
-/// Tags of one epoch in two formats differ by less (s).
+/// Largest difference of one epoch's tags in two formats (s).
 const SAME_TAG_S: f64 = 1e-6;
-/// Ranges of one satellite in two formats differ by less (m): RINEX has whole millimetres.
+/// Largest difference of one satellite's ranges in two formats (m): RINEX has whole millimetres.
 const SAME_RANGE_M: f64 = 0.01;
-/// So many equal ranges are no chance.
+/// Number of equal ranges that excludes chance.
 const ENOUGH_RANGES: usize = 12;
 
-/// Whether two logs are one receiver's in two formats: at common epochs the same satellites at the
-/// same ranges, but for rounding.
+/// Whether two logs are of one receiver in two formats: at common epochs equal satellites and ranges, up to
+/// rounding.
 pub(super) fn is_same(a: &ObservationData, b: &ObservationData) -> bool {
     let mut others = b.epochs.iter().peekable();
     let mut equal = 0;

@@ -11,7 +11,7 @@ pub struct Table {
     pub repeats: bool,
     /// Whether the file must have it.
     pub required: bool,
-    /// Whether a file with the table empty says the same as one without it.
+    /// Whether a file with the table empty is equivalent to one without it.
     pub may_be_empty: bool,
     /// What it holds.
     pub description: String,
@@ -26,8 +26,8 @@ pub struct Key {
     pub name: String,
     /// What it says.
     pub description: String,
-    /// The forms of its value, such as `"all"`, `"moving"` and `[integer, integer]`, each with what
-    /// it means where that is said.
+    /// The forms of its value, such as `"all"`, `"moving"` and `[integer, integer]`, each with its meaning,
+    /// where given.
     pub forms: Vec<Form>,
     /// The value that holds where the key is absent; none where there is no value then.
     pub default: Option<Value>,
@@ -144,7 +144,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The schema that a reference, or an option of one, stands for.
+    /// The schema that a reference, or an option of one, points to.
     fn resolved(&self, schema: &'a Value) -> &'a Value {
         if let Some(path) = schema["$ref"].as_str() {
             let found = path.strip_prefix('#').and_then(|p| self.root.pointer(p));
@@ -194,7 +194,7 @@ impl<'a> Reader<'a> {
         text.map(form).into_iter().collect()
     }
 
-    /// One of several forms, with what it means.
+    /// One of several forms, with its meaning.
     fn choice(&self, schema: &'a Value) -> Vec<Form> {
         let mut forms = self.forms(schema);
         if let [form] = forms.as_mut_slice() {

@@ -14,11 +14,11 @@ use serde_json::Value;
 /// A kind of settings file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum SettingsFile {
-    /// What `acerra focus` reads.
+    /// Input of `acerra focus`.
     Campaign,
-    /// What `acerra simulate` reads.
+    /// Input of `acerra simulate`.
     Scene,
-    /// What `acerra plan` reads.
+    /// Input of `acerra plan`.
     Plan,
 }
 

@@ -28,7 +28,7 @@ impl Filled {
         }
     }
 
-    /// A key that keeps its default, with something to say about it.
+    /// A key that keeps its default, with a remark.
     #[must_use]
     pub fn remark(path: &str, found: impl Into<String>) -> Self {
         Self {
@@ -38,7 +38,7 @@ impl Filled {
         }
     }
 
-    /// The same with something said about it.
+    /// This key with a remark.
     #[must_use]
     pub fn because(mut self, found: impl Into<String>) -> Self {
         self.found.push(found.into());
@@ -46,7 +46,7 @@ impl Filled {
     }
 }
 
-/// What keys without a default may look like.
+/// Examples of keys without a default.
 const SAMPLES: &[(&str, &str)] = &[
     ("antenna_offset_m", "[0.3, 0.0, 0.0]"),
     ("attitude_file", "\"flight.bin\""),
@@ -119,15 +119,15 @@ const SAMPLES: &[(&str, &str)] = &[
 /// Columns of a line of comment.
 const WIDTH: usize = 96;
 
-/// The whole file: `head`, then every table. Keys that are `filled` are set, the others are
-/// comments with their default. Tables are open where that changes nothing, so that a key becomes set
-/// by taking its comment sign away; others without a key that is set are comments as a whole.
+/// The whole file: `head`, then every table. Keys that are `filled` are set, the others are comments with
+/// their default. Tables are open where an open table has no effect, so that a key is set by removing its
+/// comment sign; other tables without a set key are comments as a whole.
 #[must_use]
 pub fn write(head: &str, tables: &[Table], filled: &[Filled]) -> String {
     let mut text = String::new();
     head.lines().for_each(|line| comment(&mut text, line));
     text.push_str(
-        "# Keys that stand as comments have the value shown, or none where it says \"for example\".\n",
+        "# Keys in comments have the value shown, or none where it says \"for example\".\n",
     );
     for table in tables {
         write_table(&mut text, table, filled);
@@ -135,8 +135,9 @@ pub fn write(head: &str, tables: &[Table], filled: &[Filled]) -> String {
     text
 }
 
-/// The file with what matters first: `head`; then, by table, the keys that are `filled`, or on which something was found,
-/// and those of `first`, each with the first sentence of its description; behind them all other keys as comments.
+/// The file with the important keys first: `head`; then, by table, the keys that are `filled`, keys with a
+/// remark, and those of `first`, each with the first sentence of its description; after them all other keys
+/// as comments.
 #[must_use]
 pub fn write_first(head: &str, tables: &[Table], filled: &[Filled], first: &[&str]) -> String {
     let is_first = |table: &Table, key: &Key| {
@@ -163,7 +164,7 @@ pub fn write_first(head: &str, tables: &[Table], filled: &[Filled], first: &[&st
             .filter(|part| !part.keys.is_empty())
             .collect()
     };
-    // A table that must not be there without values of its own is left to the rest.
+    // A table that must be absent unless it has values is left to the remaining keys.
     let opens = |table: &Table| table.may_be_empty || is_set(table);
     let mut text = String::new();
     head.lines().for_each(|line| comment(&mut text, line));
@@ -185,8 +186,8 @@ pub fn write_first(head: &str, tables: &[Table], filled: &[Filled], first: &[&st
     text.push('\n');
     comment(
         &mut text,
-        "The other keys. One of a table above is set by a line of its own there; one of another table by taking the # \
-         away, and that before the name of its table.",
+        "The other keys. A key of a table above is set by a line in that table; a key of another table by \
+         removing its # and the # before the name of its table.",
     );
     for mut table in parted(&|table, key| !(opens(table) && is_first(table, key))) {
         table.may_be_empty &= foremost.iter().all(|above| above.path != table.path);
@@ -221,7 +222,7 @@ fn found_of<'a>(table: &Table, key: &Key, filled: &'a [Filled]) -> Option<&'a Fi
 
 fn write_table(text: &mut String, table: &Table, filled: &[Filled]) {
     let of = |key: &Key| found_of(table, key, filled);
-    // A table that repeats must begin before what lies in it.
+    // A repeated table must begin before its keys.
     let inside = format!("{}.", table.path);
     let is_set = filled.iter().filter(|one| one.value.is_some()).any(|one| {
         let rest = one.path.strip_prefix(&inside);

@@ -1,4 +1,4 @@
-//! The delay in force beside those at which the image is sharp.
+//! Comparison of the delay in force with the delays at which the image is sharp.
 
 use rayon::prelude::*;
 
@@ -10,31 +10,31 @@ use super::view::{View, middle_hz};
 use crate::control::Control;
 use crate::echoes::sharpen::{coarse, patches};
 
-/// The delay in force beside those at which the image is sharp.
+/// Comparison of the delay in force with the delays at which the image is sharp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DelayCheck {
     /// The sharpest delay less the one in force (s).
     pub later_s: f64,
-    /// Standard deviation of that (s).
+    /// Standard deviation of that difference (s).
     pub sigma_s: f64,
-    /// How far the delay in force is from the nearest that agrees with the sharpest (s).
+    /// Distance of the delay in force from the nearest delay that agrees with the sharpest (s).
     pub outside_s: f64,
     /// Log-likelihood of the delay in force below the sharpest.
     pub below_best: f64,
 }
 
-/// How far about the delay in force it is checked, and the spacing of the delays tried (s).
+/// Range of delays tried about the delay in force, and their spacing (s).
 const CHECKED_S: f64 = 8e-9;
 const STEP_S: f64 = 0.5e-9;
 /// Contributions of traces to pixels in one image of a check, and its pixels at least and at most.
 const CONTRIBUTIONS: f64 = 2e7;
 const PIXELS: [f64; 2] = [20_000.0, 150_000.0];
-/// Standard deviation of a log contrast by errors of positions and antenna, beside the clutter's: a
+/// Standard deviation of a log contrast by errors of positions and antenna, in addition to the clutter's: a
 /// tenth.
 const MODEL_SIGMA: f64 = 0.1;
 
-/// Compares the delay in force of clean traces with those about it; none where the image gets
-/// sharper up to the end of those.
+/// Compares the delay in force of clean traces with delays about it; none where the image gets sharper up to
+/// the end of the delays tried.
 ///
 /// # Errors
 /// Data that the imaging operators refuse, cancellation.
@@ -66,8 +66,9 @@ pub fn check_delay(
     let Some(check) = checked(&likelihood_of(&points)) else {
         return Ok(None);
     };
-    // Contrast also changes as echoes move over the image and run into their ghosts: single targets must be sharp
-    // there, and sharper and stronger than those of the image at the delay in force, as their echoes add up there.
+    // Contrast also changes as echoes move over the image and overlap with their ghosts. Single targets must
+    // therefore be sharp at the other delay too, and sharper and stronger than the targets of the image at
+    // the delay in force, since their echoes add up there.
     if check.outside_s > STEP_S {
         let spectrum = delayed(scan.spectrum, -check.later_s);
         let there = DelayScan {
@@ -85,7 +86,7 @@ pub fn check_delay(
     Ok(Some(check))
 }
 
-/// Log-likelihood of sharpness: each delay against the sharpest, in standard deviations.
+/// Log-likelihood of sharpness: the difference of each delay from the sharpest, in standard deviations.
 fn likelihood_of(points: &[ScanPoint]) -> DelayCurve {
     let sharpest = points
         .iter()
@@ -104,7 +105,7 @@ fn likelihood_of(points: &[ScanPoint]) -> DelayCurve {
     }
 }
 
-/// The point in the middle of a curve beside its best.
+/// The middle point of a curve and its best point.
 fn checked(curve: &DelayCurve) -> Option<DelayCheck> {
     let log = &curve.log_likelihood;
     let agreeing: Vec<f64> = (0..log.len())
@@ -130,8 +131,8 @@ fn checked(curve: &DelayCurve) -> Option<DelayCheck> {
 }
 
 impl<'a> DelayScan<'a> {
-    /// The strongest targets, each on a patch of its own: their mean log contrast, and the logarithm of the power of
-    /// the strongest.
+    /// The strongest targets, each on a separate patch: the mean log contrast, and the logarithm of the power
+    /// of the strongest.
     fn targets(&self) -> Result<[f64; 2], DelayError> {
         let (position_m, speed_m_s) = (self.position_m, self.light_speed_m_s);
         let patches = patches(position_m, self.spectrum, self.grid, speed_m_s)?;

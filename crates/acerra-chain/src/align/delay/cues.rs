@@ -1,4 +1,4 @@
-//! What surface echo and direct coupling say of the delay.
+//! Estimates of the delay by surface echo and direct coupling.
 
 use acerra_radar::Radargram;
 use acerra_radar::align::OffsetLikelihood;
@@ -13,23 +13,24 @@ pub struct DelayCue {
     pub sigma_s: f64,
 }
 
-/// Log-likelihood over an unrelated echo from which the one that follows the height is believed.
+/// Log-likelihood over an unrelated echo from which the echo that follows the height is accepted.
 const LEAST_EVIDENCE: f64 = 12.0;
 /// Roughness of ordinary ground as the surface echo shows it (s): 5 cm; and where in its pulse the
 /// echo is picked (s).
 const GROUND_ROUGHNESS_S: f64 = 0.33e-9;
 const PICK_S: f64 = 0.3e-9;
-/// Coupling stands so far above the rest of the mean trace (dB), and this still (s).
+/// Least level of the coupling above the rest of the mean trace (dB), and largest wander of the coupling (s).
 const COUPLING_CONTRAST_DB: f64 = 20.0;
 const COUPLING_SPREAD_S: f64 = 0.1e-9;
 /// Time from antenna to antenna (s): side by side, up to 0.6 m apart.
 const COUPLING_S: f64 = 1.0e-9;
 const COUPLING_SIGMA_S: f64 = 0.6e-9;
-/// Where neither echo is what it is taken for, its delay says nothing: odds of 20 to 1 against.
+/// Probability that an echo is not the one it was identified as, so that its delay has no relation to range
+/// zero: odds of 1 to 20.
 const UNRELATED: f64 = -3.0;
 
 impl DelayCue {
-    /// Log-likelihood of a delay, 0 at best: normal about the cue's own, or unrelated to it.
+    /// Log-likelihood of a delay, 0 at best: normal about the delay of the cue, or unrelated to the cue.
     #[must_use]
     pub fn log_likelihood(&self, delay_s: f64) -> f64 {
         let normal = -0.5 * ((delay_s - self.delay_s) / self.sigma_s).powi(2);

@@ -1,4 +1,4 @@
-//! The log-likelihood of a delay over those tried, and what it decides.
+//! The log-likelihood over the delays tried, and the decision by it.
 
 use super::error::DelayError;
 
@@ -15,15 +15,15 @@ pub struct DelayCurve {
 pub(super) const MARGIN: f64 = 6.0;
 /// Largest deviation of a delay that is found (s): 8.7 cm of range, the resolution of a band of 1.7 GHz.
 pub(super) const MOST_SIGMA_S: f64 = 0.58e-9;
-/// Widest stretch of delays within the margin that counts as one (s): a normal log-likelihood of that deviation falls
-/// by the margin within √(2 MARGIN) deviations to each side.
+/// Widest interval of delays within the margin that counts as one (s): a normal log-likelihood of that
+/// deviation falls by the margin within √(2 MARGIN) deviations to each side.
 const WIDEST_S: f64 = 6.93 * MOST_SIGMA_S;
 
 pub(super) fn max_of(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The best delay of a curve: mean and standard deviation of the delays within the margin, by their
+/// The best delay of a curve: mean and standard deviation of the delays within the margin, weighted by their
 /// likelihoods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Decided {
@@ -32,7 +32,7 @@ pub(super) struct Decided {
     pub sigma_s: f64,
 }
 
-/// The one stretch of delays that agrees with the data, or why there is none.
+/// The single interval of delays that agrees with the data, or why there is none.
 pub(super) fn decide(curve: &DelayCurve) -> Result<Decided, DelayError> {
     let log = &curve.log_likelihood;
     let best = best_of(log).unwrap_or_default();
@@ -95,7 +95,7 @@ fn stretch_about(log: &[f64], best: usize) -> std::ops::Range<usize> {
     start.unwrap_or(best)..end.unwrap_or(best) + 1
 }
 
-/// The best point outside a stretch, and how far it is below the best of all.
+/// The best point outside an interval, and how far below the global maximum it is.
 fn outside(log: &[f64], stretch: &std::ops::Range<usize>) -> Option<(usize, f64)> {
     (0..log.len())
         .filter(|k| !stretch.contains(k))
@@ -103,7 +103,7 @@ fn outside(log: &[f64], stretch: &std::ops::Range<usize>) -> Option<(usize, f64)
         .map(|k| (k, max_of(log) - log[k]))
 }
 
-/// The most likely other maximum (s), and how far it is below.
+/// The most likely other maximum (s), and how far below the best it is.
 pub(super) fn second_best(curve: &DelayCurve, best: usize) -> Option<(f64, f64)> {
     let log = &curve.log_likelihood;
     let stretch = stretch_about(log, best);

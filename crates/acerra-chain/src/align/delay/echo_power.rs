@@ -1,8 +1,8 @@
-//! How strong the strongest echo of an image is: the coherent sum over the pulses that see a point is largest
+//! Power of the strongest echo of an image: the coherent sum over the pulses that see a point is largest
 //! where their ranges are right.
 //!
-//! Unlike the contrast of the whole image, a maximum does not grow where a target runs into its own ghost
-//! or where its lobe widens towards the track: no pixel can sum more than the pulses hold.
+//! Unlike the contrast of the whole image, a maximum does not grow where a target overlaps with its ghost or
+//! where its lobe widens towards the track: no pixel can sum more than the pulses hold.
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
@@ -16,7 +16,7 @@ const FLOOR_DB: f64 = -3.0;
 pub(super) struct StrongestEcho {
     /// Logarithm of its power.
     pub log_power: f64,
-    /// The pixel next to its top (x, y), m; none in an empty image.
+    /// The pixel nearest to the maximum (x, y), m; none in an empty image.
     pub place_m: Option<[f64; 2]>,
 }
 

@@ -21,7 +21,7 @@ pub enum DelayError {
     /// Two delays agree with the data.
     #[error(
         "[radar] delay_ns = \"auto\": {first_ns:.2} ns and {second_ns:.2} ns agree with the data \
-         nearly alike (log-likelihoods {margin:.1} apart, {needed:.0} needed), ranges {:.2} m apart; {SETTLING}",
+         almost equally (log-likelihoods {margin:.1} apart, {needed:.0} needed), ranges {:.2} m apart; {SETTLING}",
         (second_ns - first_ns).abs() * HALF_LIGHT_M_NS
     )]
     Ambiguous {
@@ -36,8 +36,8 @@ pub enum DelayError {
     },
     /// The data hardly depend on the delay.
     #[error(
-        "[radar] delay_ns = \"auto\": every delay from {from_ns:.2} to {to_ns:.2} ns agrees with the \
-         data (an aperture too short, nothing that stands out); {SETTLING}"
+        "[radar] delay_ns = \"auto\": every delay from {from_ns:.2} to {to_ns:.2} ns agrees with the data \
+         (the aperture is too short, or no echo is strong enough); {SETTLING}"
     )]
     Vague {
         /// Smallest delay that agrees (ns).
@@ -48,7 +48,7 @@ pub enum DelayError {
     /// Errors of the positions bend the echoes like a wrong delay does.
     #[error(
         "[radar] delay_ns = \"auto\": the positions' stated errors leave the delay uncertain by {sigma_ns:.2} ns (one \
-         standard deviation), at most {most_ns:.2} ns may be; {SETTLING}"
+         standard deviation), at most {most_ns:.2} ns are accepted; {SETTLING}"
     )]
     Uncertain {
         /// Standard deviation of the delay (ns).

@@ -1,4 +1,5 @@
-//! The strongest and the most coherent echoes at any delay, on any plane: for looks at flights of which nothing is stated.
+//! The strongest and the most coherent echoes at any delay, on any plane: for flights whose settings are all
+//! unknown.
 
 use std::f64::consts::LN_10;
 
@@ -19,10 +20,10 @@ const CONTRIBUTIONS: f64 = 2e7;
 const PIXELS: [f64; 2] = [10_000.0, 60_000.0];
 /// Delays at which maxima are looked for to lay out the pixels.
 const LOOKED_AT: usize = 5;
-/// Maxima whose coherence is looked at: so far below the greatest (dB), and so many at most.
+/// Maxima whose coherence is computed: least level relative to the greatest (dB), and largest number.
 const FLOOR_DB: f64 = -25.0;
 const MAXIMA: usize = 80;
-/// Echoes whose coherence counts, at least so far apart (m).
+/// Echoes whose coherence counts, and their least distance (m).
 const ECHOES: usize = 4;
 const APART_M: f64 = 0.5;
 
@@ -105,8 +106,8 @@ impl Focus<'_> {
         ))
     }
 
-    /// Power of the coherent sum of a point's echoes, freed of spreading, over that of echoes of the same strengths
-    /// in phase.
+    /// Power of the coherent sum of a point's echoes, corrected for spreading, over the power that echoes of
+    /// the same amplitudes have in phase.
     fn coherence(&self, measured: &Measured<'_>, place_m: [f64; 3]) -> f64 {
         let history = measured.history(place_m);
         let places = measured.position_m.iter().zip(&self.weights);

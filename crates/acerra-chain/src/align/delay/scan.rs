@@ -12,7 +12,7 @@ use crate::echoes::{Searched, quick_look};
 /// Clean traces at their places, imaged as if range were zero at other fast times.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayScan<'a> {
-    /// Where the traces stand (m).
+    /// Positions of the traces (m).
     pub position_m: &'a [[f64; 3]],
     /// Their clean spectra.
     pub spectrum: &'a Spectrum,
@@ -25,7 +25,7 @@ pub struct DelayScan<'a> {
 /// Sharpness of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanPoint {
-    /// Delay beyond the one that the spectra were cleaned at (s).
+    /// Delay in addition to the one at which the spectra were cleaned (s).
     pub later_s: f64,
     /// Contrast: logarithm of the mean of fourth powers of the amplitudes over the squared mean of
     /// their squares.
@@ -51,7 +51,7 @@ impl DelayScan<'_> {
         Searched::new(self.position_m, self.spectrum, self.light_speed_m_s)
     }
 
-    /// By how much delays that differ by `reach_s` change ranges (m).
+    /// Change of range for a change `reach_s` of the delay (m).
     pub(super) fn reach_m(&self, reach_s: f64) -> f64 {
         0.5 * self.light_speed_m_s * reach_s
     }
@@ -87,7 +87,7 @@ impl DelayScan<'_> {
         delayed(self.spectrum, -later_s)
     }
 
-    /// The image of such spectra, on any pixels.
+    /// The image of the shifted spectra, on any pixels.
     ///
     /// # Errors
     /// Data that the imaging operators refuse.
@@ -100,7 +100,7 @@ impl DelayScan<'_> {
     }
 }
 
-/// The spectra of echoes that come later by so much (s).
+/// The spectra of echoes that come later by `later_s`.
 #[must_use]
 pub fn delayed(spectrum: &Spectrum, later_s: f64) -> Spectrum {
     let turn: Vec<Complex64> = spectrum
@@ -115,8 +115,8 @@ pub fn delayed(spectrum: &Spectrum, later_s: f64) -> Spectrum {
     delayed
 }
 
-/// Contrast of an image: unlike the fourth moment alone it does not grow with the energy, which
-/// changes where targets run into their own ghosts.
+/// Contrast of an image. Unlike the fourth moment alone, contrast does not grow with the energy, which
+/// changes where targets overlap with their ghosts.
 pub(super) fn log_contrast(image: &[Complex32]) -> f64 {
     let energy: f64 = image.iter().map(|v| f64::from(v.norm_sqr())).sum();
     if energy <= 0.0 {
@@ -125,8 +125,8 @@ pub(super) fn log_contrast(image: &[Complex32]) -> f64 {
     log_fourth_moment(image) + (image.len() as f64).ln() - 2.0 * energy.ln()
 }
 
-/// Standard deviation of the log of the fourth moment S₄ by complex normal clutter of power p on
-/// every pixel: √(8 p S₆) / S₄. The clutter's power is told by the median amplitude, √(p ln 2).
+/// Standard deviation of the log of the fourth moment S₄ by complex normal clutter of power p on every pixel:
+/// √(8 p S₆) / S₄. The clutter's power follows from the median amplitude, √(p ln 2).
 fn clutter_sigma(image: &[Complex32]) -> f64 {
     let mut power: Vec<f64> = image.iter().map(|v| f64::from(v.norm_sqr())).collect();
     let (fourth, sixth) = power
@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn clutter_moves_the_fourth_moment_by_what_is_stated() {
-        // One pixel of 10 among clutter of mean power 1, drawn anew.
+        // One pixel of 10 among clutter of mean power 1, drawn for each trial.
         let mut state = 7_u64;
         let mut uniform = || {
             state = state

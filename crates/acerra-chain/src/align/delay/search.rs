@@ -1,4 +1,5 @@
-//! The delay at which the strongest echoes are strongest, weighed with what the echoes themselves say.
+//! The delay at which the strongest echoes are strongest, combined with the delays by surface echo and
+//! coupling.
 
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -43,7 +44,7 @@ pub struct DelayFound {
     pub curve: DelayCurve,
 }
 
-/// Traces at their places, whose delay is wanted.
+/// Traces at their places, whose delay is estimated.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayTrial<'a> {
     /// The radar log.
@@ -65,15 +66,15 @@ const TRIED_S: [f64; 2] = [-1e-9, 20e-9];
 /// Spacing of the delays tried: ranges 2 cm apart, a quarter of a wavelength in two-way phase at 45°
 /// from closest approach.
 const STEP_S: f64 = 0.15e-9;
-/// Traces are cleaned anew so often, as the gate moves with the delay (s).
+/// Largest change of the delay for which cleaned traces are used again, as the gate moves with the delay (s).
 const BLOCK_S: f64 = 3e-9;
 /// Contributions of traces to pixels in one image, and its pixels at most and at least.
 const CONTRIBUTIONS: f64 = 1e8;
 const PIXELS: [f64; 2] = [20_000.0, 250_000.0];
-/// Variance of the echoes' phases by errors of positions, antenna and ground: a decibel of the coherent sum; and how
-/// many independent errors an aperture has, as those of positions last for seconds. Phases that a wrong delay bends by
-/// a variance v take v from the logarithm of the sum's power, and are explained by such errors with a log-likelihood
-/// of -v INDEPENDENT / (2 PHASE_VARIANCE).
+/// Variance of the echoes' phases by errors of positions, antenna and ground (a loss of one decibel of the
+/// coherent sum), and the number of independent errors over an aperture, as errors of positions last for
+/// seconds. A wrong delay that bends the phases by a variance v takes v from the logarithm of the sum's
+/// power; the errors explain v with a log-likelihood of -v INDEPENDENT / (2 PHASE_VARIANCE).
 pub(super) const PHASE_VARIANCE: f64 = 0.23;
 pub(super) const INDEPENDENT: f64 = 5.0;
 
@@ -95,7 +96,7 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
     let curve = trial.weighed(&tried);
     let best = decide(&curve)?;
     let second = second_best(&curve, best.index);
-    // Single targets tell it more finely, but not by more than what errors of positions allow.
+    // Single targets give a more precise delay, but no more precise than errors of positions allow.
     let fine_s = trial.on_single_targets(best.delay_s, control)?;
     let is_within = |fine_s: &f64| (fine_s - best.delay_s).abs() <= 2.0 * best.sigma_s;
     let delay_s = fine_s.filter(is_within).unwrap_or(best.delay_s);
@@ -134,7 +135,7 @@ impl DelayTrial<'_> {
         Ok(self.scene.around(&self.aligned.position_m, middle_m)?)
     }
 
-    /// Pixels that a search over so many traces affords.
+    /// Number of pixels for a search over this many traces.
     fn budget(&self) -> Budget {
         let traces = self.aligned.position_m.len().max(1) as f64;
         let pixels = (CONTRIBUTIONS / traces).clamp(PIXELS[0], PIXELS[1]);
@@ -152,7 +153,7 @@ impl DelayTrial<'_> {
         }
     }
 
-    /// How the echo that is strongest at a delay tells it.
+    /// Sensitivity of the delay to errors of ranges, by the echo that is strongest at the delay.
     fn sensitivity(
         &self,
         delay_s: f64,
@@ -197,7 +198,7 @@ impl DelayTrial<'_> {
         let blocks = ((TRIED_S[1] - TRIED_S[0]) / block_s).round() as usize;
         let each = (block_s / STEP_S).round() as usize;
         let starts_s = (0..blocks).map(|block| TRIED_S[0] + block as f64 * block_s);
-        // Echoes move over the image with the delay: those of every block count.
+        // Echoes move over the image with the delay: the echoes of every block count.
         let grid = self.budget().window(self.whole()?, |whole| {
             let mut maxima_m = Vec::new();
             for from_s in starts_s.clone() {
@@ -234,8 +235,8 @@ impl DelayTrial<'_> {
         Ok(tried)
     }
 
-    /// The horizontal path that each trace covers, in means of them: on a climb the ground straight below sums up
-    /// under a single angle, which tells no more of the delay than the surface echo does.
+    /// The horizontal path that each trace covers, in units of the mean path: on a climb the ground straight
+    /// below adds up under a single angle, which determines the delay no better than the surface echo does.
     pub(super) fn weights(&self) -> Vec<f64> {
         let level = |p: &[f64; 3]| [p[0], p[1], 0.0];
         let level_m: Vec<[f64; 3]> = self.aligned.position_m.iter().map(level).collect();
@@ -245,7 +246,8 @@ impl DelayTrial<'_> {
         path_m.iter().map(of_mean).collect()
     }
 
-    /// The clean spectra with range zero at a delay, weighed by the path, gated for delays as far from it as `reach_s`.
+    /// The clean spectra with range zero at a delay, weighted by the path, gated for delays within `reach_s`
+    /// of that delay.
     pub(super) fn cleaned_at(&self, delay_s: f64, reach_s: f64) -> Result<Spectrum, DelayError> {
         let gate_ns = match self.clean.gate_ns.about_ns() {
             Some([from, to]) => Gate::About([from - 1e9 * reach_s, to + 1e9 * reach_s]),
@@ -266,7 +268,7 @@ impl DelayTrial<'_> {
         Ok(spectrum)
     }
 
-    /// What the strongest echo, surface echo and coupling say of every delay tried, 0 at best.
+    /// Log-likelihood of every delay tried by strongest echo, surface echo and coupling, 0 at best.
     fn weighed(&self, tried: &[(f64, StrongestEcho)]) -> DelayCurve {
         let cues = [self.surface, self.coupling];
         let log_likelihood = |(delay_s, echo): &(f64, StrongestEcho)| {
@@ -299,7 +301,7 @@ impl DelayTrial<'_> {
     }
 }
 
-/// Middle and standard deviation of a band's wavenumbers (rad/m).
+/// Mean and standard deviation of a band's wavenumbers (rad/m).
 fn wavenumbers_rad_m(frequency_hz: &[f64], light_speed_m_s: f64) -> [f64; 2] {
     let count = frequency_hz.len().max(1) as f64;
     let mean_hz = frequency_hz.iter().sum::<f64>() / count;

@@ -1,15 +1,15 @@
-//! What errors of positions do to the delay at which an echo adds up best.
+//! Error of the delay at which an echo adds up best, caused by errors of positions.
 //!
-//! Errors n of the ranges and a delay off by 2r/c leave the residuals e = r − uₓ·Δx − u_y·Δy − n of an echo that is
-//! imaged at (x + Δx, y + Δy), u being the horizontal directions to it. To second order its coherent sum loses
-//! Q = (2k)²·Var(e) + (2κ)²·Mean(e²) from the logarithm of its power, k being the middle wavenumber of the band and
-//! κ its standard deviation: phases that vary, and envelopes that part. The least Q over r, Δx and Δy is at r = Σ aₘnₘ,
-//! so that errors of known covariance give its variance.
+//! Errors n of the ranges and a delay off by 2r/c leave the residuals e = r − uₓ·Δx − u_y·Δy − n of an echo
+//! that is imaged at (x + Δx, y + Δy), u being the horizontal directions to it. To second order its coherent
+//! sum loses Q = (2k)²·Var(e) + (2κ)²·Mean(e²) from the logarithm of its power, k being the mean wavenumber
+//! of the band and κ its standard deviation: the first term is by phases, the second by envelopes. The least
+//! Q over r, Δx and Δy is at r = Σ aₘnₘ, so that errors of known covariance give its variance.
 
 use acerra_autofocus::Correlation;
 use nalgebra::{Matrix3, Vector3};
 
-/// Traces are taken together to so many at most where their errors are correlated.
+/// Largest number of nodes into which traces are grouped where their errors are correlated.
 const MOST_NODES: usize = 256;
 /// Ratio of one correlation time tried to the next.
 const LONGER: f64 = 1.5;
@@ -28,11 +28,11 @@ pub(super) struct Seen<'a> {
     pub amplitude: &'a [f64],
     /// Where the echo is (m).
     pub place_m: [f64; 3],
-    /// Middle and standard deviation of the wavenumbers (rad/m).
+    /// Mean and standard deviation of the wavenumbers (rad/m).
     pub wavenumber_rad_m: [f64; 2],
 }
 
-/// How an echo tells the delay, as ranges.
+/// Sensitivity of the delay by an echo to errors of its ranges, as ranges.
 #[derive(Clone, Debug)]
 pub(super) struct Sensitivity {
     /// Error of the range (m) by an error of 1 m of each trace's position along each axis.
@@ -42,7 +42,7 @@ pub(super) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// That of an echo; none where it has no power or does not tell.
+    /// Sensitivity by an echo; none where the echo has no power or does not determine the delay.
     pub fn of(seen: Seen<'_>) -> Option<Self> {
         let total: f64 = seen.amplitude.iter().sum();
         if total <= 0.0 {
@@ -82,13 +82,14 @@ impl Sensitivity {
         })
     }
 
-    /// Deviation of the range (m) by errors of the positions of these deviations along each axis (m): those that all
-    /// traces have in common, and those that vary.
+    /// Deviation of the range (m) by errors of the positions with these deviations along each axis (m):
+    /// errors that all traces have in common, and errors that vary.
     pub fn deviation_m(&self, sigma_m: &[[f64; 3]]) -> f64 {
         self.by_common_m(sigma_m).hypot(self.by_varying_m(sigma_m))
     }
 
-    /// Deviation of the range (m) by errors that all traces have in common, of these deviations along each axis (m).
+    /// Deviation of the range (m) by errors that all traces have in common, with these deviations along each
+    /// axis (m).
     fn by_common_m(&self, sigma_m: &[[f64; 3]]) -> f64 {
         let mut sum = [0.0; 3];
         for (b, sigma_m) in self.by_position.iter().zip(sigma_m) {
@@ -97,8 +98,9 @@ impl Sensitivity {
         sum.iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 
-    /// Deviation of the range (m) by errors of these deviations (m) about what traces have in common. How long they
-    /// last is not known: the largest deviation of all correlation times up to the duration counts.
+    /// Deviation of the range (m) by errors with these deviations (m) about the common error. The correlation
+    /// time of the errors is not known: the largest deviation over all correlation times up to the duration
+    /// counts.
     fn by_varying_m(&self, sigma_m: &[[f64; 3]]) -> f64 {
         let nodes = self.nodes(sigma_m);
         let [Some(first), Some(last)] = [self.time_s.first(), self.time_s.last()] else {
@@ -181,7 +183,7 @@ mod tests {
     fn errors_that_look_like_a_delay_and_a_shift_are_taken_for_them() {
         let (time_s, position_m) = track();
         let sensitivity = sensitivity(&time_s, &position_m);
-        // Ranges 1 mm too long and an echo 2 mm further north, told by errors along the lines of sight.
+        // Ranges 1 mm too long and an echo 2 mm further north, from errors along the lines of sight.
         let moved_m = [PLACE_M[0], PLACE_M[1] + 2e-3, 0.0];
         let mut found_m = 0.0;
         for (b, p) in sensitivity.by_position.iter().zip(&position_m) {

@@ -8,12 +8,12 @@ use super::scan::DelayScan;
 use crate::control::Control;
 use crate::echoes::sharpen::{Sharpest, log_fourth_moment, patches, sharpest};
 
-/// Spacing of the delays tried on single targets, and how far about the best (s).
+/// Spacing of the delays tried on single targets, and their range about the best (s).
 const STEP_S: f64 = 0.05e-9;
 pub(super) const REACH_S: f64 = 0.6e-9;
 
 impl DelayScan<'_> {
-    /// The delay beyond that of the spectra at which the strongest echoes are sharpest.
+    /// The delay, relative to that of the spectra, at which the strongest echoes are sharpest.
     pub(super) fn sharpest_targets(
         &self,
         control: &Control<'_>,

@@ -1,4 +1,4 @@
-//! Whether the pixels are seen under angles that tell the delay.
+//! Whether the pixels are seen under angles that determine the delay.
 
 use acerra_imaging::PlaneGrid;
 
@@ -15,9 +15,9 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Whether some pixel is seen under angles so different that a delay off by [`ERROR_S`]
-    /// costs it focus: ranges ΔR too long bend its echoes by ΔR(1 − R₀/R₁) from the
-    /// nearest range R₀ to the farthest R₁, and λ/8 of that is a quarter of a turn.
+    /// Whether some pixel is seen under angles so different that an error [`ERROR_S`] of the delay defocuses
+    /// the pixel: ranges ΔR too long bend the pixel's echoes by ΔR(1 − R₀/R₁) from the nearest range R₀ to
+    /// the farthest R₁, and λ/8 of that is a quarter of a turn.
     pub fn tells_delay(&self) -> bool {
         let wavelength_m = self.light_speed_m_s / self.middle_hz;
         let error_m = 0.5 * self.light_speed_m_s * ERROR_S;

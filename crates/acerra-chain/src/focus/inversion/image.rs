@@ -25,7 +25,7 @@ use crate::focus::{Focused, ImageRequest, looking, parts_within, plan_options};
 pub struct InversionInput<'a> {
     /// Clean spectra at their places.
     pub echoes: Echoes<'a>,
-    /// The tracks' ranges of them.
+    /// The tracks' ranges of pulses.
     pub parts: &'a [Range<usize>],
     /// Nearest and farthest range that the data of each trace hold (m).
     pub held_m: &'a [[f64; 2]],
@@ -54,7 +54,7 @@ pub fn invert(
     if !is_straight {
         return Err(ImageError::Method {
             method: request.options.inversion.method.name(),
-            expected: "echoes that come back the way they went, through air",
+            expected: "monostatic echoes, through air",
             found: "transmitters and receivers apart, or [ground]",
         });
     }
@@ -132,7 +132,7 @@ fn refuse_what_is_not_solved_for(
     Ok(())
 }
 
-/// The pulses wanted, and what is known of them.
+/// Indices of the imaged pulses, and data on them.
 struct Survey<'a> {
     pulses: Pulses<'a>,
     height_m: &'a [f64],
@@ -148,13 +148,13 @@ struct Made {
     record: InversionRecord,
 }
 
-/// What an image of each method holds.
+/// Meaning of the pixels by method.
 fn meaning(method: Method) -> &'static str {
     match method {
         Method::Adjoint => "the sum of Eq. (3)",
         Method::Tsvd | Method::Cgls => {
-            "reflectivity of the pixel's own area: a unit point is spread over its resolution cell, and \
-             its peak is that of `resolution`"
+            "reflectivity of the pixel's own area: a unit point is spread over its resolution cell, and its \
+             peak is that of the field `resolution`"
         }
         Method::Sparse => {
             "reflectivity of the points that explain the echoes, less a bias of the sparsity; zero \
@@ -205,7 +205,7 @@ impl Survey<'_> {
         })
     }
 
-    /// Every track explains a scene of its own, bright at the same pixels; the image is the root of the sum of
+    /// Every track explains a separate scene, bright at the same pixels; the image is the root of the sum of
     /// their powers.
     fn solve_grouped(
         &self,

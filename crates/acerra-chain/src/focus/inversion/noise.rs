@@ -1,4 +1,4 @@
-//! Where the data hold nothing but noise: in front of the first echo.
+//! Samples of noise alone: those before the first echo.
 
 use acerra_imaging::{Complex64, PlaneGrid};
 use acerra_invert::{Flight, InvertError, NoiseLevel, measure_noise};

@@ -43,8 +43,8 @@ pub struct InversionSection {
     /// Of `"cgls"`: the damping μ over the greatest singular value. By default the one whose residual
     /// equals the noise, else the corner of the L-curve.
     pub damping: Option<f64>,
-    /// Of `"sparse"`: the weight λ of the scene's modulus over the one that leaves no scene. By default
-    /// what noise reaches nowhere in the image, but at least 0.03.
+    /// Of `"sparse"`: the weight λ of the scene's modulus over the smallest weight whose scene is empty. By
+    /// default the level that noise exceeds nowhere in the image, but at least 0.03.
     pub sparsity: Option<f64>,
     /// Of `"clean"`: points weaker than this against the strongest are left, in decibels. By default
     /// those that noise reaches, but at least −30 dB.
@@ -53,8 +53,8 @@ pub struct InversionSection {
     pub clean_gain: f64,
     /// Most iterations (of `"clean"` major cycles); by default 120, of `"sparse"` 200, of `"clean"` 60.
     pub max_iterations: Option<usize>,
-    /// At so many of the strongest targets the method is applied to the echoes of a single point, to
-    /// tell its resolution beside the adjoint's. Each takes about as long as the image.
+    /// Number of strongest targets at which the method is applied to the echoes of a single point, so that
+    /// its resolution can be compared with the adjoint's. Each takes about as long as the image.
     pub resolution_points: usize,
 }
 

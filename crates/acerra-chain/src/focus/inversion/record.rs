@@ -1,16 +1,16 @@
-//! What a run says of its inversion.
+//! Record of an inversion.
 
 use acerra_invert::{Iteration, ParameterChoice, PointResponse, Stop};
 use serde::Serialize;
 
 use super::options::Method;
 
-/// How a scene was solved for, and how well.
+/// Method, convergence and residual of an inversion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InversionRecord {
     /// The method.
     pub method: Method,
-    /// What a value of the image is.
+    /// Meaning of the pixels.
     pub meaning: &'static str,
     /// The parameter in force.
     pub parameter: ParameterRecord,
@@ -18,13 +18,13 @@ pub struct InversionRecord {
     pub parameters: f64,
     /// Why the solver stopped.
     pub stop: Stop,
-    /// Its iterations: residual ‖d − Lσ‖/‖d‖, and what the stop rule looks at.
+    /// Its iterations: residual ‖d − Lσ‖/‖d‖, and the quantity of the stop rule.
     pub iterations: Vec<Iteration>,
     /// ‖d − Lσ‖/‖d‖ of the image.
     pub residual: f64,
     /// The noise, where the data determine it.
     pub noise: Option<NoiseRecord>,
-    /// The method's image of single points at the strongest targets, beside the adjoint's.
+    /// The method's image of single points at the strongest targets, and the adjoint's.
     pub resolution: Vec<ResolutionRecord>,
     /// Relative error of the operators, forward and adjoint.
     pub operator_accuracy: f64,
@@ -81,7 +81,7 @@ pub struct NoiseRecord {
 pub struct ResolutionRecord {
     /// Where the point is, m.
     pub point_m: [f64; 3],
-    /// By the method; none where it shows nothing.
+    /// By the method; none where its image is empty.
     pub method: Option<PointResponse>,
     /// By the adjoint, normalised to the reflectivity of a point.
     pub adjoint: Option<PointResponse>,

@@ -1,4 +1,4 @@
-//! The method applied to single points at the strongest targets, beside the adjoint.
+//! The method applied to single points at the strongest targets, compared with the adjoint.
 
 use acerra_imaging::metrics::{ImageView, LocalTrack};
 use acerra_imaging::psf::Cell;
@@ -13,7 +13,7 @@ use crate::scene::pixels::Pixels;
 
 /// Targets this far below the strongest are not looked at, in amplitude.
 const WEAKEST: f64 = 0.25;
-/// Further targets are so many resolution cells from those before.
+/// Least distance of a target from those before, in resolution cells.
 const APART_CELLS: f64 = 6.0;
 /// Offset of the points from the pixels' centres, as of real ones, in pixels.
 const OFF_GRID: [f64; 2] = [0.37, 0.29];
@@ -80,7 +80,7 @@ fn respond(
     point_response(&view.ok()?, operator.flight().spread(), point_m)
 }
 
-/// Places beside the strongest pixels, each a few resolution cells from the others (m).
+/// Places next to the strongest pixels, a few resolution cells apart (m).
 fn strongest(
     operator: &SceneOperator<'_>,
     image: &[Complex32],

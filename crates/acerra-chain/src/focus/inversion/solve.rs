@@ -10,7 +10,7 @@ use acerra_invert::{
 use super::options::{InversionOptions, Method};
 use super::record::{Chosen, ParameterRecord};
 
-/// What a solver needs beside the data.
+/// Inputs of a solver in addition to the data.
 pub(super) struct Setting<'a> {
     pub operator: &'a SceneOperator<'a>,
     /// Weights that make the columns even.
@@ -40,8 +40,8 @@ const TRUNCATED_TOLERANCE: f64 = 5e-2;
 const DAMPED_TOLERANCE: f64 = 1e-2;
 /// Duality gap of a sparse scene.
 const SPARSE_TOLERANCE: f64 = 1e-3;
-/// λ and thresholds of CLEAN are no further below the strongest than this: errors of positions and model
-/// leave more than −30 dB of it.
+/// λ and thresholds of CLEAN are no further below the strongest than this: the errors of positions and model
+/// exceed −30 dB.
 const LEAST_SHARE: f64 = 0.03;
 const MAX_COMPONENTS: usize = 20_000;
 
@@ -151,7 +151,7 @@ pub(super) fn sparse(
     let solved = Solved {
         scene: Vec::new(),
         parameter: ParameterRecord {
-            name: "sparsity over the one that leaves no scene",
+            name: "sparsity over the smallest whose scene is empty",
             value: lambda / greatest,
             choice,
         },
@@ -212,7 +212,7 @@ fn clean_points(
     })
 }
 
-/// What noise exceeds nowhere, but no less than the least share of the strongest.
+/// The level that noise exceeds nowhere, at least the least share of the strongest.
 fn above_noise(noise_peak: Option<f64>, greatest: f64) -> (f64, Chosen) {
     let floor = LEAST_SHARE * greatest;
     match noise_peak {
@@ -221,7 +221,7 @@ fn above_noise(noise_peak: Option<f64>, greatest: f64) -> (f64, Chosen) {
     }
 }
 
-/// Progress of a solver as that of a step.
+/// Progress of a solver as progress of a step.
 pub(super) fn steps<'a>(control: &'a crate::control::Control<'_>) -> impl Fn(Progress) + Sync + 'a {
     |progress| control.at(progress.done)
 }

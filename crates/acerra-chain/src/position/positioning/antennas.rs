@@ -15,7 +15,7 @@ use super::PositioningError;
 /// Where antenna calibrations come from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AntennaInput {
-    /// An ANTEX file; without one antennas are taken for points.
+    /// An ANTEX file; without one antennas count as points.
     pub file: Option<PathBuf>,
     /// The rover's antenna.
     pub rover: AntennaName,
@@ -26,7 +26,7 @@ pub struct AntennaInput {
 /// Which antenna a receiver has.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AntennaName {
-    /// The one that the log's header names.
+    /// The antenna that the log's header names.
     #[default]
     Header,
     /// This one.
@@ -36,7 +36,7 @@ pub enum AntennaName {
 }
 
 impl From<&ConfInputs> for AntennaInput {
-    /// As RTKLIB's settings have it: an empty name is none, `*` is the log's.
+    /// As in RTKLIB's settings: an empty name is no antenna, `*` is the log's.
     fn from(conf: &ConfInputs) -> Self {
         let named = |name: &str| match name {
             "" => AntennaName::None,
@@ -116,16 +116,16 @@ impl AntennaInput {
     }
 }
 
-/// A calibration, and what is to be said about it.
+/// A calibration, and the remarks on it.
 type Found = (Option<AntennaCalibration>, Option<String>);
 
-/// The calibration wanted; the name given where that has none.
+/// The calibration of the antenna; the given name where the file lacks the antenna.
 fn find(antex: &AntexFile, wanted: &AntennaName, header: &str) -> Result<Found, String> {
     let name = match wanted {
         AntennaName::None => return Ok((None, None)),
         AntennaName::Given(name) => name.as_str(),
         AntennaName::Header if header.trim().is_empty() => {
-            let remark = "log names no antenna: it is taken for a point";
+            let remark = "log names no antenna: the antenna counts as a point";
             return Ok((None, Some(remark.to_owned())));
         }
         AntennaName::Header => header,
@@ -144,7 +144,7 @@ fn find(antex: &AntexFile, wanted: &AntennaName, header: &str) -> Result<Found, 
         None if matches!(wanted, AntennaName::Given(_)) => Err(name.to_owned()),
         None => {
             let remark =
-                format!("antenna {name:?} is not calibrated there: it is taken for a point");
+                format!("antenna {name:?} is not calibrated there: the antenna counts as a point");
             Ok((None, Some(remark)))
         }
     }

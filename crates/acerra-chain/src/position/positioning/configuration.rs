@@ -9,7 +9,7 @@ use acerra_gnss::{PpkOptions, RuleSet};
 
 use super::antennas::AntennaInput;
 
-/// What a configuration file asks of a campaign's positioning.
+/// Settings of a configuration file for a campaign's positioning.
 #[derive(Clone, Debug)]
 pub struct GnssConfiguration {
     /// The options, with the safeguards that `acerra ppk` gives them.

@@ -45,8 +45,8 @@ pub enum PositioningError {
         /// The files read.
         files: String,
     },
-    /// No precise orbits where they are asked for.
-    #[error("precise orbits are asked for (pos1-sateph = precise): give an SP3 file")]
+    /// No precise orbits where the settings require them.
+    #[error("pos1-sateph = precise needs precise orbits: give an SP3 file")]
     NoPreciseOrbits,
     /// A log that does not give its week, and no other file that does.
     #[error("{} (--date): {cause}", path.display())]
@@ -93,7 +93,7 @@ impl PositioningError {
         }
     }
 
-    /// Whether the base's position is what is missing.
+    /// Whether the base's position is missing.
     #[must_use]
     pub fn is_base_position_missing(&self) -> bool {
         matches!(

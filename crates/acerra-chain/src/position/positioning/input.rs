@@ -15,16 +15,16 @@ pub struct PositioningInput {
     pub more_rover: Vec<PathBuf>,
     /// The base's log; not needed in single-point mode.
     pub base: Option<PathBuf>,
-    /// More files of the base's receiver, such as those of further hours.
+    /// Further files of the base's receiver, such as those of later hours.
     pub more_base: Vec<PathBuf>,
-    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs among rover and
-    /// base bring their own.
+    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs of rover and base hold
+    /// their own ephemerides.
     pub navigation: Vec<PathBuf>,
     /// Any time within half a week of logs that do not give their week (RTCM 3).
     pub date: Option<GpsTime>,
     /// Whether precise orbits must be among the navigation files.
     pub needs_precise_orbits: bool,
-    /// Antenna calibrations, and which of them apply.
+    /// Antenna calibrations, and the antennas that use them.
     pub antennas: AntennaInput,
 }
 

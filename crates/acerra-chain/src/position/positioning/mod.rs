@@ -1,6 +1,6 @@
-//! From GNSS files to a rover's positions: reading, positioning, and what there is to say about it.
+//! From GNSS files to a rover's positions: reading, positioning, and remarks.
 //!
-//! [`run`] is what `acerra ppk` does, and what a campaign's `[gnss]` section asks for.
+//! [`run`] serves `acerra ppk` and a campaign's `[gnss]` section.
 
 mod antennas;
 mod configuration;
@@ -31,7 +31,7 @@ pub use summary::{
 pub struct Positioning {
     /// The positions and their story.
     pub solution: PpkSolution,
-    /// What each file was and what was dropped from it, in the order read.
+    /// Kind of each file and its dropped records, in the order read.
     pub files: Vec<(PathBuf, ReadReport)>,
     /// Remarks of the readers and of the run, as sentences.
     pub warnings: Vec<String>,

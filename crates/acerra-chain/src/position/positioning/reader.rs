@@ -14,7 +14,8 @@ use acerra_gnss::{
 use super::error::PositioningError;
 use super::input::PositioningInput;
 
-/// When a file was last written: what it holds was recorded before. None where the system does not say.
+/// Time at which a file was last written, an upper bound of its content's time. None where the system does
+/// not state it.
 ///
 /// ```
 /// use acerra_chain::position::positioning::written;
@@ -43,7 +44,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    /// A reader of these files that knows the date stated.
+    /// A reader of these files with the stated date.
     pub(super) fn new(input: &PositioningInput) -> Self {
         let mut reader = Self {
             all: input.rover_files(),
@@ -55,7 +56,7 @@ impl Reader {
         reader
     }
 
-    /// Opens a file; one that does not give its week takes it from the first other file that does.
+    /// Opens a file; a file without a week takes the week of the first other file that has one.
     fn open_dated(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
         match self.open(path) {
             Err(PositioningError::Date { .. }) if self.hints.near.is_none() => {}
@@ -167,8 +168,8 @@ impl Reader {
             paths.contains(path) && report.count(&DropReason::UnknownChannel) > 0
         });
         let known = &data.glonass_channels;
-        let told = self.hints.glonass_channels.keys();
-        if !lacking || told.clone().all(|number| known.contains_key(number)) {
+        let hinted = self.hints.glonass_channels.keys();
+        if !lacking || hinted.clone().all(|number| known.contains_key(number)) {
             return Ok(());
         }
         let mut parts = Vec::new();
@@ -198,7 +199,7 @@ impl Reader {
         names.join(", ")
     }
 
-    /// What the readers noticed, one sentence for each file and reason.
+    /// Remarks of the readers, one sentence for each file and reason.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut out = self.remarks.clone();
         for (path, report) in &self.files {
@@ -226,7 +227,7 @@ impl Reader {
     }
 }
 
-/// Whether a reason speaks of damage, and not only of content that has no use here.
+/// Whether a reason means damage, and not only unused content.
 fn is_worth_a_warning(reason: &DropReason) -> bool {
     use DropReason::{
         CycleSlipRecord, DuplicateNavigationRecord, OutsideFrames, OutsideMessages, PhaseNotUsable,

@@ -1,4 +1,4 @@
-//! The answer in numbers: what `--json` prints.
+//! Summary of a positioning in numbers: the output of `--json`.
 
 use acerra_geo::geodesy::{EnuFrame, geodetic_from_ecef};
 use acerra_gnss::{BasePosition, Baseline, EventKind, PpkOptions, Quality};
@@ -31,7 +31,7 @@ pub struct PpkAnswer {
     pub fixed_percent: f64,
     /// Why epochs are not fixed, most frequent reason first.
     pub not_fixed: Vec<ReasonAnswer>,
-    /// What was decided about GLONASS ambiguities, and why; `null` where nothing was to decide.
+    /// Decision about GLONASS ambiguities, with its reason; `null` without GLONASS.
     pub glonass: Option<String>,
     /// Smallest, mean and largest age of the base's data, s.
     pub age_s: Option<[f64; 3]>,

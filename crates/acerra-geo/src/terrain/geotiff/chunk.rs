@@ -1,8 +1,8 @@
-//! Strips and tiles of an image, each decoded as a TIFF of its own.
+//! Strips and tiles of an image, each decoded as a separate TIFF.
 //!
-//! The `tiff` crate reads neither Zstandard nor masks, and takes tiles wider than the image row by row. A strip or tile
-//! that is copied behind a directory of its own has the width of its rows, the photometric interpretation of plain
-//! numbers, and content that `ruzstd` has unpacked already.
+//! The `tiff` crate reads neither Zstandard nor masks, and reads tiles wider than the image row by row. A
+//! strip or tile copied after a separate directory has the width of its rows, the photometric interpretation
+//! of plain numbers, and content that `ruzstd` has unpacked.
 
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -22,7 +22,7 @@ const MAX_TOTAL_BYTES: u128 = 1 << 30;
 /// Zstandard's number among compressions.
 const ZSTD: u16 = 50_000;
 
-/// How the strips or tiles of one image are stored.
+/// Storage of the strips or tiles of one image.
 pub(super) struct Chunks {
     order: ByteOrder,
     /// Columns and rows of the image.
@@ -42,7 +42,7 @@ impl Chunks {
     /// From the tags of a directory.
     ///
     /// # Errors
-    /// Tags that are broken, contradict each other, or ask for what is not read.
+    /// Tags that are broken, contradict each other, or need an unsupported feature.
     pub fn read<R: Read + Seek>(
         decoder: &mut Decoder<R>,
         directory: &Directory,
@@ -149,7 +149,8 @@ impl Chunks {
         }
     }
 
-    /// Calls with each stored number under columns and rows of the image, and its index in a window of those.
+    /// Calls `take` with each stored number under columns and rows of the image, and its index in their
+    /// window.
     ///
     /// # Errors
     /// Strips or tiles that are too large, break off or cannot be unpacked.
@@ -203,7 +204,7 @@ impl Chunks {
         row * self.chunk[1] as u128
     }
 
-    /// Strips or tiles in a row of them.
+    /// Number of strips or tiles in a row of the image.
     fn across(&self) -> usize {
         self.size[0].div_ceil(self.chunk[0])
     }
@@ -221,7 +222,7 @@ impl Chunks {
     /// sparse files do.
     ///
     /// # Errors
-    /// One that is too large, breaks off or cannot be unpacked.
+    /// One that is too large, is cut off or cannot be unpacked.
     fn decode<R: Read + Seek>(
         &self,
         reader: &mut R,
@@ -282,7 +283,7 @@ impl Chunks {
             .map_err(|source| TerrainError::Tiff { at: at(), source })
     }
 
-    /// A TIFF with nothing but this content.
+    /// A TIFF with this content alone.
     fn alone(&self, content: &[u8], rows: usize, compression: u16) -> Vec<u8> {
         const ENTRIES: u16 = 11;
         let big = self.order == ByteOrder::BigEndian;
@@ -331,7 +332,7 @@ impl Chunks {
     }
 }
 
-/// Zstandard's content, exactly so many bytes.
+/// Zstandard's content, exactly `length` bytes.
 fn unzstd(packed: &[u8], bytes: u64) -> Result<Vec<u8>, String> {
     let decoder = ruzstd::decoding::StreamingDecoder::new(packed).map_err(|e| format!("{e}"))?;
     let mut out = Vec::new();

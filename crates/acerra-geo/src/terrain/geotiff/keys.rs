@@ -72,7 +72,7 @@ impl GeoKeys {
         }
     }
 
-    /// Refuses a unit of length that is not the system's own.
+    /// Refuses a unit of length that differs from the system's.
     fn check_unit(&self, crs: Option<Crs>) -> Result<(), TerrainError> {
         let own_m = match crs {
             Some(Crs::Epsg(code)) => EpsgCrs::from_epsg(code.into())?.unit_m(),
@@ -92,7 +92,7 @@ impl GeoKeys {
         })
     }
 
-    /// What heights are above, in words.
+    /// Vertical datum of the heights, in words.
     ///
     /// # Errors
     /// A vertical reference that counts downwards.

@@ -18,7 +18,7 @@ use chunk::Chunks;
 use keys::GeoKeys;
 use values::Values;
 
-/// Most directories that are looked at for a mask: an image, its overviews, and a mask of each.
+/// Largest number of directories searched for a mask: an image, its overviews, and a mask of each.
 const MAX_DIRECTORIES: usize = 64;
 
 /// Bit of NewSubfileType that marks a mask.
@@ -32,7 +32,7 @@ pub(super) struct Reader<R: Read + Seek> {
     mask: Option<Chunks>,
     nodata: Option<f64>,
     values: Values,
-    /// What GDAL's metadata says the grid is for.
+    /// Purpose of the grid by GDAL's metadata.
     pub grid_type: Option<String>,
 }
 

@@ -25,7 +25,7 @@ pub(super) fn placement<R: Read + Seek>(
     let Some(scale) = doubles(decoder, Tag::ModelPixelScaleTag, "ModelPixelScale")? else {
         return Err(TerrainError::Tag {
             at: "ModelPixelScale, ModelTransformation",
-            expected: "one of them, to say where the raster stands",
+            expected: "one of them, to place the raster",
             found: "neither (a TIFF without a place)".to_owned(),
         });
     };

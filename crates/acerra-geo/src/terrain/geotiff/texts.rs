@@ -1,4 +1,4 @@
-//! Texts of a TIFF's first directory, looked at before the `tiff` crate reads them.
+//! Texts of a TIFF's first directory, checked before the `tiff` crate reads them.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -7,8 +7,8 @@ use super::super::TerrainError;
 /// Longest text that a tag may hold, bytes.
 const MAX_TEXT_BYTES: u64 = 1 << 20;
 
-/// Refuses a directory that claims a text longer than any sensible one: the `tiff` crate refuses it
-/// too, but prints as it does. What cannot be read here is left for it to name.
+/// Refuses a directory that claims a text longer than any sensible one: the `tiff` crate refuses such a
+/// directory too, but prints a message. Other errors are left to the `tiff` crate.
 pub(super) fn check_texts(reader: &mut (impl Read + Seek)) -> Result<(), TerrainError> {
     let found = longest_text(reader);
     reader.seek(SeekFrom::Start(0))?;
@@ -27,7 +27,7 @@ fn longest_text(reader: &mut (impl Read + Seek)) -> std::io::Result<u64> {
     let mut head = [0; 4];
     reader.read_exact(&mut head)?;
     let little = head[0] == b'I';
-    // BigTIFF says so by 43 in place of 42, and counts in eight bytes.
+    // BigTIFF has 43 in place of 42, and counts in eight bytes.
     let big = head[if little { 2 } else { 3 }] == 43;
     let (offset, entries_bytes, count_bytes) = if big {
         number(reader, 4, little)?;
@@ -50,7 +50,7 @@ fn longest_text(reader: &mut (impl Read + Seek)) -> std::io::Result<u64> {
     Ok(longest)
 }
 
-/// A whole number of so many bytes.
+/// A whole number of a given number of bytes.
 fn number(reader: &mut impl Read, bytes: usize, little: bool) -> std::io::Result<u64> {
     let mut value = [0; 8];
     reader.read_exact(&mut value[..bytes])?;

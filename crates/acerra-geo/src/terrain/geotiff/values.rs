@@ -1,4 +1,4 @@
-//! What a raster's numbers are: scale, offset and unit, by GDAL's metadata and by GeoKeys.
+//! Meaning of a raster's numbers: scale, offset and unit, by GDAL's metadata and by GeoKeys.
 
 use super::super::TerrainError;
 
@@ -61,7 +61,7 @@ impl Values {
     }
 }
 
-/// What GDAL's metadata says the whole grid is for, in the words of PROJ's grids.
+/// Purpose of the whole grid by GDAL's metadata, in the words of PROJ's grids.
 pub(super) fn grid_type(metadata: Option<&str>) -> Result<Option<String>, TerrainError> {
     let found = parsed(metadata)?.and_then(|xml| {
         let node = xml

@@ -8,7 +8,7 @@ const LARGEST_SEARCH: usize = 10_000;
 /// Nearest whole number to `x`, without a call into the mathematical library: processors without
 /// SSE 4.1 have no instruction for it. Of two that are as near, the even one.
 fn nearest(x: f64) -> f64 {
-    /// 1.5·2⁵²: sums with it have no room for fractions.
+    /// 1.5·2⁵²: sums with this number are rounded to integers.
     const SHIFT: f64 = 6_755_399_441_055_744.0;
     /// 2⁵¹, up to which they have room for the rest.
     const LARGEST: f64 = 2_251_799_813_685_248.0;
@@ -35,8 +35,8 @@ fn columns(matrix: &mut [f64], n: usize, low: usize, high: usize) -> (&mut [f64]
     (&mut before[low * n..(low + 1) * n], &mut after[..n])
 }
 
-/// Exchanges variables `a` < `b` of a symmetric matrix of which rows up to `b` hold what is left to
-/// factorise, each up to the diagonal.
+/// Exchanges variables `a` < `b` of a symmetric matrix whose rows up to `b` are still to be factorised, each
+/// up to the diagonal.
 fn exchange(lower_rows: &mut [f64], n: usize, a: usize, b: usize) {
     for k in 0..a {
         lower_rows.swap(a * n + k, b * n + k);
@@ -48,8 +48,8 @@ fn exchange(lower_rows: &mut [f64], n: usize, a: usize, b: usize) {
 }
 
 impl Factor {
-    /// Factorises with the variable of least conditional variance last, then of those before it, and
-    /// so on (Chang, Yang and Zhou 2005): few neighbours are left to be exchanged.
+    /// Factorises with the variable of least conditional variance last, then of the remaining ones, and so on
+    /// (Chang, Yang and Zhou 2005): few neighbours remain to be exchanged.
     pub(crate) fn new(covariance: &[f64], float: Vec<f64>) -> Result<Self, LambdaError> {
         let n = float.len();
         let mut work = covariance.to_vec();
@@ -157,7 +157,7 @@ impl Factor {
             if delta + 1e-6 < self.diagonal[j + 1] {
                 self.reduce_column(j + 1, j);
                 self.swap(j, delta);
-                // Only the pairs beside the two exchanged have changed.
+                // Only the pairs next to the two exchanged have changed.
                 j = (j + 1).min(n - 2);
             } else if j == 0 {
                 break;

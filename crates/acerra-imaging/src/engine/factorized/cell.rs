@@ -18,7 +18,7 @@ impl Cell {
         pixel * self.samples / self.pixels
     }
 
-    /// How far behind that sample the pixel is, in coarse intervals.
+    /// Distance of the pixel behind that sample, in coarse intervals.
     pub fn fraction(self, pixel: usize) -> f64 {
         (pixel * self.samples % self.pixels) as f64 / self.pixels as f64
     }
@@ -43,7 +43,8 @@ impl Cell {
     }
 }
 
-/// Greatest number of fine pixels in a coarse interval, and of those that may be fractions.
+/// Greatest number of fine pixels in a coarse interval, and greatest where intervals may be fractions of
+/// pixels.
 const COARSEST: usize = 64;
 const LONGEST_FRACTION: usize = 6;
 

@@ -60,7 +60,7 @@ impl Coarse {
         let coarse = self.grid(grid);
         let stride = padded(self.row_samples(grid));
         let pixels = stride as u128 * coarse.rows as u128;
-        // And what is in the making, rows of it on every thread.
+        // And the bytes of unfinished rows on every thread.
         pixels * 8 * (parts as u128 + 1)
     }
 }

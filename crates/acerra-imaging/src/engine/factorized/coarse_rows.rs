@@ -34,14 +34,15 @@ impl Counter<'_, '_> {
     }
 }
 
-/// The coarse grid that an image asks for, and what its rows share.
+/// The coarse grid for an image, and the data that its rows share.
 pub(super) struct CoarseRows<'a> {
     lattice: &'a Lattice,
     level: SimdLevel,
     /// The coarse grid, or some of its rows.
     pub grid: TiltedGrid,
     row_samples: usize,
-    /// The ground under the whole of it where that is uneven, and the row of it that is the grid's first.
+    /// The ground under the whole coarse grid where the ground is uneven, and the row of the ground that is
+    /// the grid's first.
     ground: Option<&'a CoarseGround>,
     first_row: usize,
 }
@@ -122,7 +123,7 @@ impl<'a> CoarseRows<'a> {
         );
     }
 
-    /// The image of a sub-aperture centred at `centre_m`, merged from those of shorter ones.
+    /// The image of a sub-aperture centred at `centre_m`, merged from those of shorter sub-apertures.
     pub fn merge(
         &self,
         merger: &Merger,

@@ -47,7 +47,7 @@ impl Factorized {
         let (coarse, parts) = (&on.grid, &self.parts);
         let mut random = Random(0x7e57);
 
-        // Full rows, two tiles of them, as in the run: neighbours share what the caches hold.
+        // Full rows, two tiles of them, as in the run: neighbours share cached data.
         let tile_rows = on.shape(direct).tile_rows(self.level.lanes());
         let rows = (2 * tile_rows).min(coarse.rows);
         let count = (coarse.rows * parts.len() / (100 * rows))

@@ -6,7 +6,8 @@ use crate::grid::terrain::Heights;
 use crate::kernel::phase::RowHeights;
 use rayon::prelude::*;
 
-/// Heights of one row: those of the first pixels of all cells side by side, then of the second ones, and so on.
+/// Heights of one row: those of the first pixels of all cells contiguously, then of the second ones, and so
+/// on.
 #[derive(Debug, Clone)]
 pub(super) struct SortedHeights {
     above_m: Vec<f32>,

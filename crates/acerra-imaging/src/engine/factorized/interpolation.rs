@@ -22,7 +22,7 @@ impl Interpolator {
     /// From `taps` samples, at most [`MOST_TAPS`], for `nu` cycles a sample.
     pub fn new(taps: usize, nu: f64) -> Self {
         let edge_rad = 2.0 * PI * nu.clamp(1e-6, 0.5);
-        // The matrix is that of a convolution; a small diagonal term regularises it where samples are
+        // The matrix is that of a convolution; a small diagonal term regularises the system where samples are
         // plentiful.
         let sincs: [f64; MOST_TAPS] = std::array::from_fn(|k| sinc(edge_rad * k as f64));
         let mut a: [[f64; MOST_TAPS]; MOST_TAPS] =
@@ -83,7 +83,7 @@ impl Interpolator {
     }
 }
 
-/// Frequencies beside 0 over which errors are averaged.
+/// Frequencies around 0 over which errors are averaged.
 const FREQUENCIES: u32 = 16;
 
 /// sin a/a.
@@ -91,8 +91,8 @@ fn sinc(a: f64) -> f64 {
     if a.abs() < 1e-9 { 1.0 } else { a.sin() / a }
 }
 
-/// Phases of an interval by which the mean over all of them is judged: the error's square rises and falls
-/// once over the interval, so that more change nothing.
+/// Number of phases within an interval that give the mean over all: the squared error has one maximum and one
+/// minimum over the interval, so that more phases have no effect.
 const MOST_PHASES: usize = 16;
 
 /// Frequencies of samples that no interpolation reproduces, cycles a sample.
@@ -105,7 +105,7 @@ pub(crate) fn worst_error(taps: usize, nu: f64, d: usize) -> f64 {
     }
     let interpolator = Interpolator::new(taps, nu);
     let phases = d.min(MOST_PHASES);
-    // The interval is in the middle of the samples: phases at either side of its centre err alike.
+    // The interval is in the middle of the samples: errors are equal at phases to either side of its centre.
     let sum: f64 = (0..=phases / 2)
         .map(|p| {
             let x = before(taps) as f64 + p as f64 / phases as f64;

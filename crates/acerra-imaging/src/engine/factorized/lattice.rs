@@ -18,7 +18,7 @@ pub(crate) struct Lattice {
     cycles_per_m: f64,
     /// Weights of every pixel of a cell, along the row and across.
     pub weights: [Vec<[f32; MOST_TAPS]>; 2],
-    /// The same as cells of pixels are merged.
+    /// Interpolation weights and phases as merging of cells of pixels uses them.
     pub stencils: [Stencil; 2],
     cosine: [f32; 6],
     sine: [f32; 6],

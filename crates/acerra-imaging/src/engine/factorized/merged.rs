@@ -1,11 +1,12 @@
 //! Sub-apertures imaged on coarse grids, then merged.
 //!
-//! Neighbouring pulses look at a pixel from nearly the same direction. Without the carrier's phase
-//! of the range to a sub-aperture's centre, the sum of its pulses varies slowly over the image: its spatial frequencies are bounded by (2/c)·|f·u_m − f_c·u_s|, u being the unit
-//! vectors from pulse and centre to the pixel projected on the grid's axes. The direct engine
-//! images each sub-aperture on a grid just fine enough for that; rows of the fine grid follow by
-//! separable least-squares interpolation, and their phase is restored. Any trajectory and any height
-//! is admissible: a scattered track has a wide bound, and is left to the direct engine.
+//! Neighbouring pulses see a pixel from nearly the same direction. Without the carrier's phase of the range
+//! to a sub-aperture's centre, the sum of its pulses varies slowly over the image: its spatial frequencies
+//! are bounded by (2/c)·|f·u_m − f_c·u_s|, u being the unit vectors from pulse and centre to the pixel
+//! projected on the grid's axes. The direct engine images each sub-aperture on a grid just fine enough for
+//! that; rows of the fine grid follow by separable least-squares interpolation, and their phase is restored.
+//! Any trajectory and any height is admissible: a scattered track has a wide bound, and uses the direct
+//! engine.
 //!
 //! Long sub-apertures may themselves be merged from shorter ones, on whose coarser grids the direct engine then
 //! images.
@@ -39,7 +40,7 @@ pub(crate) struct Factorized {
     pub(super) parts: Vec<Range<usize>>,
 }
 
-/// What images sub-apertures on their coarse grids.
+/// Engine of the sub-apertures' images on their coarse grids.
 #[derive(Debug)]
 pub(super) enum Source {
     /// Sums of range tables.
@@ -90,8 +91,8 @@ impl Factorized {
         Ok(merged(grid, spec.outer, source, parts))
     }
 
-    /// The same tables and grids for echoes that come from `beyond_m` further away than the pixels; the tables must hold
-    /// ranges longer by so much.
+    /// These tables and grids for echoes that come from `beyond_m` further away than the pixels; the tables
+    /// must include ranges longer by `beyond_m`.
     pub fn beyond(&self, position_m: &[[f64; 3]], beyond_m: f64) -> Self {
         Self {
             lattice: Arc::clone(&self.lattice),
@@ -159,8 +160,8 @@ impl Factorized {
             );
     }
 
-    /// Makes the first of `images` the coarse images of the sub-apertures `parts` for an image of `patch`, and adds
-    /// those that are missing. They count as contributions of so many pixels.
+    /// Makes the first of `images` the coarse images of the sub-apertures `parts` for an image of `patch`,
+    /// and allocates missing images. They count as contributions of the number of pixels given.
     fn image_parts(
         &self,
         echoes: &WeightedPulses,
@@ -187,7 +188,8 @@ impl Factorized {
                     CoarseRows::new(&shorter.lattice, self.level, &coarse.grid, ground.as_ref());
                 let merger = Merger::new(&shorter.lattice, self.level, &coarse);
                 let silent = Meter::silent(meter.control());
-                // One after the other: of the shorter ones, memory holds those of one alone, again and again.
+                // One after the other: memory holds the images of the shorter sub-apertures of one longer
+                // one, and is reused.
                 let mut of_part = Vec::new();
                 for (image, part) in images.iter_mut().zip(parts) {
                     let within = shorter.parts_of(part);

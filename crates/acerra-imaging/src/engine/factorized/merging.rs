@@ -21,7 +21,7 @@ pub(super) struct CoarseImage {
     pub imag: Vec<f32>,
 }
 
-/// What merging on a grid shares for all rows.
+/// Data of merging on a grid that all rows share.
 pub(super) struct Merger<'a> {
     lattice: &'a Lattice,
     level: SimdLevel,
@@ -43,7 +43,7 @@ pub(super) struct Scratch {
     heights: Vec<SortedHeights>,
 }
 
-/// Sums on a row of the grid: pixels of one place in their cells side by side, `[D, cells]`.
+/// Sums on a row of the grid: pixels of one place in their cells contiguously, `[D, cells]`.
 pub(super) struct MergedRow<'s> {
     real: &'s [f32],
     imag: &'s [f32],

@@ -1,8 +1,8 @@
 //! Segments of the aperture by their distance from the image.
 //!
-//! Directions from which far pulses look change little from pulse to pulse and from pixel to pixel: far
-//! sub-apertures may be longer and their grids coarser than those of near ones. On a long track each
-//! segment therefore has a partition of its own.
+//! The directions of far pulses change little from pulse to pulse and from pixel to pixel: far sub-apertures
+//! may be longer and their grids coarser than those of near ones. On a long track each segment therefore has
+//! a separate partition.
 
 use crate::grid::tilted::TiltedGrid;
 use crate::pulses::Pulses;

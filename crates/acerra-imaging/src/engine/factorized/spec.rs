@@ -35,8 +35,8 @@ pub(crate) struct Stage {
 pub(crate) struct FactorizedSpec {
     /// The sub-apertures whose images are merged on the image's grid.
     pub outer: Stage,
-    /// Shorter ones whose images are merged on the coarse grids of those; `None` where the range tables are summed
-    /// on them.
+    /// Shorter sub-apertures whose images are merged on the coarse grids of these; `None` where the range
+    /// tables are summed on the grids directly.
     pub shorter: Option<Stage>,
     /// Interpolation error expected for a spectrum that fills the bounds.
     pub interpolation_error: f64,
@@ -45,7 +45,8 @@ pub(crate) struct FactorizedSpec {
 }
 
 impl FactorizedSpec {
-    /// The cheapest partition of one stage that meets `demand`; `None` where coarse grids do not pay.
+    /// The cheapest partition of one stage that meets `demand`; `None` where coarse grids cost more than they
+    /// save.
     ///
     /// # Errors
     /// Cancellation.
@@ -123,8 +124,8 @@ impl FactorizedSpec {
         (self.shorter).map_or(coarse, |stage| stage.coarse.grid(&coarse))
     }
 
-    /// Bytes of the images of the sub-apertures `parts`: of what is in the making, with the heights of uneven ground,
-    /// and of each that is kept.
+    /// Bytes of the images of the sub-apertures `parts`: of unfinished rows, with the heights of uneven
+    /// ground, and of each image that is kept.
     pub fn coarse_bytes(&self, image: &ImageGrid, parts: &[Range<usize>]) -> [u128; 2] {
         let grid = image.plane();
         let ground = |stage: &Stage, on: &TiltedGrid| match image.is_uneven() {
@@ -212,7 +213,7 @@ impl Demand<'_> {
         found.map(|b| b * self.fineness)
     }
 
-    /// The same on another grid.
+    /// These sub-apertures on another grid.
     pub fn bandwidth_on(
         &self,
         pulses: &Pulses,
@@ -224,7 +225,7 @@ impl Demand<'_> {
     }
 }
 
-/// A number of taps, and what it takes and allows.
+/// A number of taps, its cost, and the bandwidth that it permits.
 pub(super) struct Way<'d> {
     taps: usize,
     /// Vector operations to merge a pixel: along its row, and times the pixels of a coarse interval across rows.
@@ -242,7 +243,7 @@ impl<'d> Way<'d> {
             .map(|taps| {
                 // Fitted to run times of eight pairs of lengths at two accuracies, with AVX-512 and AVX2: all within 19 %.
                 let (samples, lanes) = (*taps as f64, demand.lanes as f64);
-                // Ranges to pixels that have heights of their own take a few operations more.
+                // Ranges to pixels with separate heights need a few operations more.
                 let heights = if demand.terrain.is_uneven() { 7.0 } else { 0.0 };
                 Self {
                     taps: *taps,
@@ -267,8 +268,8 @@ impl<'d> Way<'d> {
         self.merge[0]
     }
 
-    /// Sub-apertures of `pulses` on the coarsest grids that interpolate signals of the given bandwidth on `grid`;
-    /// `None` where not even its own pixels do.
+    /// Sub-apertures of `pulses` on the coarsest grids that interpolate signals of the given bandwidth on
+    /// `grid`; `None` where even the pixels of `grid` are too coarse.
     pub fn stage(&self, pulses: usize, grid: &TiltedGrid, bandwidth: [f64; 2]) -> Option<Stage> {
         let steps = [norm(grid.u_m), norm(grid.v_m)];
         let longest = |axis: usize| {

@@ -1,8 +1,8 @@
-//! A second stage: images of sub-apertures merged from those of shorter ones.
+//! A second stage: images of sub-apertures merged from those of shorter sub-apertures.
 //!
-//! Long sub-apertures are merged seldom, but see so many directions that their grids are fine; short ones have
-//! coarse grids, but are many. With both, range tables are summed on the coarse grids, and few images are merged on
-//! the fine one.
+//! Long sub-apertures are merged seldom, but contain so many directions that their grids are fine; short ones
+//! have coarse grids, but are many. With both, range tables are summed on the coarse grids, and few images
+//! are merged on the fine one.
 
 use super::aperture::{divided, partition_aperture};
 use super::spec::{COUNTS, Demand, FactorizedSpec, Stage, Way, share};
@@ -16,18 +16,18 @@ const WORTH_SEARCHING: f64 = 1e8;
 /// Share of the cost with one stage that it must stay below: it takes longer to plan, and images of few million
 /// pixels were found to gain less than is estimated.
 const WORTH_A_STAGE: f64 = 0.85;
-/// Least pulses of the shorter sub-apertures, and how many of them a longer one has.
+/// Least pulses of the shorter sub-apertures, and number of shorter ones in a longer one.
 const LEAST_PULSES: usize = 12;
 const LEAST_RATIO: usize = 2;
 
-/// Sub-apertures of one length as they would be on the image's grid.
+/// Sub-apertures of one length on the image's grid.
 struct Candidate {
     count: usize,
     merges: f64,
     bandwidth_per_m: [f64; 2],
 }
 
-/// The partition with a second stage where that is cheaper than `one`, that of one stage.
+/// The partition with a second stage where it is cheaper than the one-stage partition `one`.
 ///
 /// # Errors
 /// Cancellation.
@@ -89,7 +89,7 @@ pub(crate) fn with_second_stage(
         .unwrap_or(one))
 }
 
-/// What all pairs of stages are compared by.
+/// Data for comparing all pairs of stages.
 struct Search<'a> {
     pulses: &'a Pulses<'a>,
     grid: &'a TiltedGrid,

@@ -28,7 +28,7 @@ const STRIPE: usize = 96;
 /// Weights and bins, ready for any number of images.
 pub(crate) struct FactorizedForward {
     pub lattice: Lattice,
-    /// What each sample of a cell takes of the pixels along the row.
+    /// Weights of the pixels along the row in each sample of a cell.
     shares: Vec<Vec<Share>>,
     direct: DirectForward,
     level: SimdLevel,
@@ -72,8 +72,8 @@ impl FactorizedForward {
         &self.direct
     }
 
-    /// Adds to `echo` what the pulses `which`, whole sub-apertures, see of an image on a grid. After cancellation it
-    /// is incomplete.
+    /// Adds to `echo` the spectra of an image on a grid as the pulses `which`, whole sub-apertures, see it.
+    /// After cancellation `echo` is incomplete.
     pub fn run_on(
         &self,
         echoes: &WeightedPulses,
@@ -160,7 +160,7 @@ impl FactorizedForward {
         let to = ((cell_of(first + rows) + 1) * across.pixels).min(grid.rows);
         for j in from..to {
             let (cell, phase) = (j / across.pixels, j % across.pixels);
-            // Of the coarse rows that this one takes part in, the first.
+            // The first coarse row to which this row contributes.
             let sample = cell * across.samples + across.sample_before(phase);
             if sample + taps <= first || sample >= first + rows {
                 continue;
@@ -208,7 +208,7 @@ fn in_order(sorted: &[f32], samples: usize, out: &mut [f32]) {
     }
 }
 
-/// What each sample of a cell takes of the pixels, the transpose of what pixels take of samples.
+/// Weights of the pixels in each sample of a cell, the transpose of the interpolation weights.
 fn shares(cell: Cell, taps: usize, weights: &[[f32; MOST_TAPS]]) -> Vec<Vec<Share>> {
     let mut shares = vec![Vec::new(); cell.samples];
     for (pixel, weights) in weights.iter().enumerate() {

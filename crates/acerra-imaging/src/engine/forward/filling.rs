@@ -1,4 +1,4 @@
-//! Images on their way to range bins: step by step, a few pulses at a time.
+//! Adding images to range bins: step by step, a few pulses at a time.
 
 use crate::control::Meter;
 use num_complex::Complex64;
@@ -45,7 +45,7 @@ impl<'a> Echo<'a> {
     }
 }
 
-/// The steps of an image on their way to the bins of a few pulses.
+/// The steps of an image that are added to the bins of a few pulses.
 pub(super) struct Filling<'a> {
     pub steps: &'a Steps,
     pub add: &'a AddStep<'a>,
@@ -53,8 +53,8 @@ pub(super) struct Filling<'a> {
 }
 
 impl Filling<'_> {
-    /// Adds all steps to `sums` and `out` of the pulses from `first` on, by way of single-precision `bins`; false once
-    /// cancelled.
+    /// Adds all steps to `sums` and `out` of the pulses from `first` on, through single-precision `bins`;
+    /// false once cancelled.
     pub fn fill(
         &self,
         first: usize,
@@ -85,7 +85,7 @@ impl Filling<'_> {
     }
 }
 
-/// Adds a step of an image to a pulse's bins, and what lies next to the antenna to its spectrum.
+/// Adds a step of an image to a pulse's bins, and pixels next to the antenna to its spectrum.
 pub(super) type AddStep<'a> = dyn Fn((usize, usize), &mut [f32], &mut [Complex64]) + Sync + 'a;
 
 /// Pieces of an image that are added one after another.

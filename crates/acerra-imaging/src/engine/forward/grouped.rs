@@ -23,12 +23,12 @@ pub(crate) enum GroupWay {
         /// Distance from a group's middle up to which polynomials hold, m.
         reach_m: f64,
     },
-    /// Each to its own bin: coarse pixels.
+    /// Each pixel to its own bin: coarse pixels.
     Spread,
 }
 
 /// An image in groups of `shape` pixels, `[strips, blocks, shape[1], shape[0], MAX_LANES]`: pixels of the
-/// same place in their groups side by side, zeros beyond the image.
+/// same place in their groups contiguously, zeros beyond the image.
 pub(super) struct Grouped {
     pub grid: TiltedGrid,
     pub shape: [usize; 2],

@@ -36,7 +36,7 @@ pub(crate) struct RangeTable {
     pub stride: usize,
     /// `[pulse, degree + 1, re/im, stride]`, or `[pulse, stride, degree + 1, re/im]` interleaved.
     pub coefficients: Vec<f32>,
-    /// What the coefficients were multiplied by, a power of two that keeps them near 1.
+    /// Factor of the coefficients, a power of two that keeps them near 1.
     pub scale: f64,
 }
 

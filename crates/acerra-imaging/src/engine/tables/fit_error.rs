@@ -55,7 +55,7 @@ impl<'a> FitErrors<'a> {
         })
     }
 
-    /// [`TableSpec::fit_error`] of a table with the carrier of these.
+    /// [`TableSpec::fit_error`] of a table with the carrier of these frequencies.
     pub fn of(&self, spec: &TableSpec) -> f64 {
         let wavenumber = TravelTime::of(self.pulses).wavenumber_rad_m(self.widest_hz);
         let x = 0.5 * wavenumber * spec.bin_m * spec.reach;

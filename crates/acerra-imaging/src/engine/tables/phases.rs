@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 /// Bins after which a recurrent phasor is computed afresh.
 pub(crate) const RENEW: usize = 64;
 
-/// Bins whose weight is kept for all pulses, 8 MB of them: tracks far longer than the image is wide reach
-/// more, each from few pulses.
+/// Bins whose weight is kept for all pulses, 8 MB of them: tracks far longer than the image's width use more
+/// bins, each for few pulses.
 const MOST_SHARED_BINS: usize = 1 << 16;
 
 /// The rows of one pulse in a table.
@@ -30,8 +30,8 @@ pub(crate) struct BinPhases {
     pub ramp_fit: Vec<[Complex64; MAX_DEGREE + 1]>,
     /// e^{jαi} from bin `first` on (even frequencies).
     carrier: Vec<Complex64>,
-    /// The weight of the bins from `first` on, of [`MOST_SHARED_BINS`] at most, where it is the same for every
-    /// pulse and not 1.
+    /// The weight of the bins from `first` on, of [`MOST_SHARED_BINS`] at most, where the weight is equal for
+    /// every pulse and not 1.
     weight: Vec<WeightMatrix>,
     first: i64,
 }
@@ -76,7 +76,7 @@ impl BinPhases {
     }
 
     /// Spectra of the coefficients, `[degree + 1, period]`, ready for the inverse FFT: sets the slots of the
-    /// frequencies, the same for every pulse, and leaves the others as they are.
+    /// frequencies, which are equal for every pulse, and leaves the others unchanged.
     pub fn even(&self, pulses: &Pulses, m: usize, spec: &TableSpec, out: &mut [Complex64]) {
         let length = out.len() / (spec.degree + 1);
         for (n, (e, fit)) in pulses.spectrum_of(m).iter().zip(&self.ramp_fit).enumerate() {
@@ -138,7 +138,7 @@ impl BinPhases {
         }
     }
 
-    /// The same for polynomials of so many terms.
+    /// As above, for polynomials of a fixed number of terms.
     fn store_terms<const TERMS: usize>(
         &self,
         spec: &TableSpec,

@@ -4,7 +4,7 @@ use super::job::{GROUP, HALF, SIDE};
 use crate::grid::relief::Relief;
 use crate::kernel::lanes::MAX_LANES;
 
-/// Planes through the heights of the squares of one block, and what they leave.
+/// Planes through the heights of the squares of one block, and the remaining heights.
 #[derive(Clone, Copy)]
 pub(super) struct SquareGround {
     /// Height of the block's middle above the band's plane, m.
@@ -14,7 +14,7 @@ pub(super) struct SquareGround {
     pub plane_m: [f32; MAX_LANES],
     pub slope: [[f32; MAX_LANES]; 2],
     pub uneven_m: [f32; MAX_LANES],
-    /// Every pixel's height beside the plane of its square, square by square, m.
+    /// Every pixel's height above the plane of its square, square by square, m.
     pub beside_m: [[f32; GROUP]; MAX_LANES],
 }
 
@@ -130,8 +130,8 @@ mod tests {
         }
         assert_eq!(ground.plane_m[15], ground.plane_m[8]);
         ground.fit(&relief, pixel_m, [32, 4], 8);
-        // At most half of what the wave's second derivatives change between the corners: 0.05·81·0.03²/2 along,
-        // 0.05·16·0.045²/2 across, and 0.05·36·0.03·0.045 either way.
+        // At most half of the change of the wave's second derivatives between the corners: 0.05·81·0.03²/2
+        // along, 0.05·16·0.045²/2 across, and 0.05·36·0.03·0.045 mixed.
         assert!(ground.uneven_m[..8].iter().all(|u| *u < 4e-3));
         let slope = 0.4 + 0.45 * (9.0f32 * 0.03 + 4.0 * 0.045).cos();
         assert!((ground.slope[0][0] - slope).abs() < 0.05);

@@ -43,7 +43,7 @@ pub(in crate::plan) fn check_pixels(request: &Request) -> usize {
     (CONTRIBUTIONS / spectra.max(1)).clamp(most.min(MOST_PATCHES), most)
 }
 
-/// Compares the spectra of all pulses, as a plan's own check does.
+/// Compares the spectra of all pulses, as a plan's self-check does.
 pub(in crate::plan) fn compare_spectra(
     request: &Request,
     coarse: [usize; 2],

@@ -29,7 +29,8 @@ pub(in crate::plan) const ROUNDING_BELOW: f64 = 1e-4;
 /// Least pixels of a check, where the options ask for as many.
 const LEAST_PIXELS: usize = 40;
 
-/// Pixels of a first check: as the options ask, and fewer where each is expensive beside the image.
+/// Pixels of a first check: the number in the options, or fewer where each pixel is expensive relative to the
+/// image.
 pub(in crate::plan) fn first_pixels(request: &Request) -> usize {
     let pulses = &request.echoes.pulses;
     let frequencies = pulses.frequency_hz().len().max(1);
@@ -59,7 +60,7 @@ fn affordable(request: &Request) -> usize {
     CONTRIBUTIONS / (pulses.len() * pulses.frequency_hz().len()).max(1)
 }
 
-/// Samples of the coarse grid that a patch is long and wide, beside those around it.
+/// Length and width of a patch in samples of the coarse grid, without those around it.
 const PATCH_SAMPLES: [usize; 2] = [4, 2];
 
 /// Images small patches at random places and compares pixels of each.
@@ -128,7 +129,7 @@ pub(in crate::plan) fn compare_pixels(
     let places: Vec<[[usize; 2]; 2]> = (0..pixels.div_ceil(2))
         .map(|_| {
             let at = [random.below(grid.columns()), random.below(grid.rows())];
-            // Anywhere in a block, so that every vector of one is covered.
+            // Anywhere in a block, so that every vector of a block is covered.
             let before = [random.below(width), random.below(height)];
             [[0, 1].map(|axis| at[axis].saturating_sub(before[axis])), at]
         })
@@ -157,7 +158,7 @@ pub(in crate::plan) fn compare_pixels(
     Ok((judged_in_pairs(&found), shares(tally)))
 }
 
-/// Random pixels that are compared in a block of a row: rays to all of it are traced for the first.
+/// Random pixels that are compared in a block of a row: rays to the whole block are traced for the first.
 const OF_BLOCK: usize = 4;
 
 /// Compares values in double precision at random pixels, and at the brightest of the block of a row about each.

@@ -30,13 +30,13 @@ pub(crate) struct SlicesForward<'a> {
     first: usize,
 }
 
-/// What became of a plan for neighbouring slices.
+/// Outcome of a plan for neighbouring slices.
 pub(crate) enum Shared<'a> {
     /// Every slice keeps the accuracy.
     Held(Box<SlicesForward<'a>>),
     /// Share of the accuracy that the next plan may aim at.
     Broken(f64),
-    /// Each slice needs a plan of its own.
+    /// Each slice needs a separate plan.
     Alone,
 }
 
@@ -65,7 +65,7 @@ impl<'a> SlicesForward<'a> {
         let planned = volume.slice(nearest_slice(volume, &slices, &pulses));
         let request = Request::new(pulses, planned.into(), options)?.with_slices(grids)?;
         let plan = match Forward::of_request(Request { aim, ..request }, control) {
-            // The bins of one slice reach less far than those of all.
+            // The bins of one slice cover fewer ranges than those of all slices.
             Err(ImagingError::TooLarge { .. }) => return Ok(Shared::Alone),
             plan => plan?,
         };
@@ -121,7 +121,7 @@ impl<'a> SlicesForward<'a> {
         &self.plan
     }
 
-    /// Bytes that a run takes beside a slice's image and the spectra.
+    /// Bytes of a run in addition to a slice's image and the spectra.
     pub fn working_bytes(&self) -> u128 {
         let bins = self.plan.bins().map_or(0, |direct| {
             let pulses = self.batches(direct).iter().map(Range::len).max();

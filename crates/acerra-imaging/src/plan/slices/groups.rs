@@ -1,7 +1,7 @@
 //! Groups of slices that a plan each serves.
 //!
-//! What directions and ranges near the antennas ask for is dearer than what far slices need. A tall volume is
-//! halved, and its halves again, as long as plans of their own save more than they cost.
+//! The directions and ranges near the antennas need a dearer plan than far slices do. A tall volume is
+//! halved, and its halves again, as long as separate plans save more than they cost.
 
 use super::super::band::mean_power;
 use super::super::budget::Budget;
@@ -22,8 +22,8 @@ use std::ops::Range;
 const PLANNING: f64 = 1.5e8;
 /// Ratio of the distances of two slices from the antennas' height from which their costs may differ.
 const FARTHER: f64 = 1.25;
-/// Vector operations of the direct engine a contribution, at most about: below what that makes of a volume
-/// nothing is gained by looking closer.
+/// Vector operations of the direct engine a contribution, at most: below this cost of a volume no comparison
+/// is worth its time.
 const DEAREST: f64 = 4.0;
 
 /// The groups of slices of a volume, in their order.

@@ -17,12 +17,12 @@ use acerra_control::Control;
 use num_complex::Complex32;
 use std::ops::Range;
 
-/// One plan and its tables for neighbouring slices of a volume. Weights by incidence and rays into the ground differ
-/// from slice to slice: the plan then serves all, and each has tables of its own.
+/// One plan and its tables for neighbouring slices of a volume. Weights by incidence and rays into the ground
+/// differ from slice to slice: the plan then serves all slices, and each slice has separate tables.
 pub(crate) struct SlicesPlan<'a> {
     plan: ImagingPlan<'a>,
     first: usize,
-    /// What every slice has by itself.
+    /// Data of each slice.
     has_own_weights: bool,
     proof: Option<Proof>,
     worst: Option<SelfCheck>,
@@ -50,7 +50,7 @@ impl<'a> SlicesPlan<'a> {
         let request = Request::new(pulses, planned.into(), options)?.with_slices(grids)?;
         let mut plan = ImagingPlan::of_request(Request { aim, ..request }, control)?;
         let is_reference = plan.engine() == Engine::Reference;
-        // Rays that every pixel has of its own are summed in double precision, whatever the accuracy.
+        // Separate rays of every pixel are summed in double precision, whatever the accuracy.
         if plan.is_double_precision()
             && plan.request.propagation() != Propagation::Any
             && !matches!(options.engine, Engine::Double | Engine::Reference)
@@ -103,7 +103,7 @@ impl<'a> SlicesPlan<'a> {
         Ok(Some(check))
     }
 
-    /// The pulses with the weights of a slice, where they differ from those of the slice planned on.
+    /// The pulses with the weights of a slice, where they differ from those of the planned slice.
     fn own_weights(&self, grid: &ImageGrid) -> Result<Option<WeightedPulses<'a>>, ImagingError> {
         if !self.has_own_weights {
             return Ok(None);

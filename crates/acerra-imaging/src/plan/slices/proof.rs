@@ -1,14 +1,14 @@
 //! The proof of slices while they are imaged.
 //!
-//! Errors hardly change from one slice to the next, and powers may: a slice beside the targets is darker than
-//! its neighbours by orders of magnitude. So errors are drawn at few pixels of every slice, those of the last
-//! slices together determine how large they are, and each slice's own power, known from all its pixels, what that is
-//! relative to it. Errors gather in few places: few draws are believed only where they find much less than is
-//! allowed, and else more are taken, of the slice itself.
+//! Errors hardly change from one slice to the next, and powers may: a slice without targets is darker than
+//! its neighbours by orders of magnitude. Errors are therefore drawn at few pixels of every slice; the draws
+//! of the last slices together give the size of the error, and the power of all pixels of a slice gives the
+//! error relative to the slice. Errors concentrate in few places: few draws are accepted only where they find
+//! much less than is allowed; otherwise more pixels of the slice itself are drawn.
 //!
-//! With squared deviations d and powers p at random pixels, d ≈ a + b·p: what tables and interpolation leave
-//! everywhere, and what errors in phase and amplitude make of bright pixels. For any b the mean of d − b·p,
-//! plus b times the slice's mean power, is an unbiased estimate of the slice's mean squared deviation (Cochran,
+//! With squared deviations d and powers p at random pixels, d ≈ a + b·p: a by tables and interpolation
+//! everywhere, b·p by errors of phase and amplitude at bright pixels. For any b the mean of d − b·p, plus b
+//! times the slice's mean power, is an unbiased estimate of the slice's mean squared deviation (Cochran,
 //! Sampling Techniques, 1977, section 7: difference estimates). b is taken from the pixels drawn, and not so
 //! large that the mean of d − b·p could be negative.
 
@@ -36,12 +36,12 @@ const SQUARE: usize = 16;
 const SLICES: usize = 4;
 /// Factor by which a slice's draws grow while they leave the verdict open.
 const MORE: usize = 2;
-/// Shares of the error allowed up to which draws of a slice are believed: fewer than are judged together, as many,
-/// twice as many; four times as many for all of it.
+/// Shares of the allowed error up to which draws of a slice are accepted: for fewer than are judged together,
+/// as many, twice as many; four times as many for the whole error.
 const BELIEVED: [f64; 3] = [0.6, 0.75, 0.9];
 
-/// Share of the accuracy that the draws of a slice may find, with all that they cannot say. Of many slices near the
-/// limit some would lie above what two standard errors allow.
+/// Share of the accuracy that the draws of a slice may find, including their uncertainty. Of many slices near
+/// the limit some would exceed it by more than two standard errors.
 const ALLOWED: f64 = 0.92;
 
 /// A random pixel, and the brightest near it.
@@ -130,7 +130,7 @@ impl Proof {
         check.error_bound <= self.allowed
     }
 
-    /// The largest error that so many draws of a slice vouch for.
+    /// The largest error that this number of draws of a slice excludes.
     fn believed(&self, own: usize) -> f64 {
         let share = match own / self.together {
             0 => BELIEVED[0],

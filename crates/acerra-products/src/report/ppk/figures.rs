@@ -9,7 +9,7 @@ use acerra_figure::{
 use acerra_geo::geodesy::geodetic_from_ecef;
 use acerra_gnss::NotFixedReason;
 
-/// Greatest size of the map: what a telephone shows without shrinking the text beyond reading.
+/// Greatest size of the map: shown on a telephone without text too small to read.
 const MAP_WIDTH_PX: f32 = 480.0;
 const MAP_HEIGHT_PX: f32 = 440.0;
 
@@ -136,7 +136,7 @@ fn height<'a>(run: &'a Run<'_>, columns: &'a Columns) -> LinePlot<'a> {
         )
 }
 
-/// What the filter says of its error beside what the two passes say of it.
+/// The filter's stated error and the difference of the two passes.
 fn precision<'a>(run: &'a Run<'_>, columns: &'a Columns) -> LinePlot<'a> {
     let plot = LinePlot::new("", run.time_axis(), Axis::new("σ, difference", "m").log())
         .height(150.0)

@@ -1,4 +1,4 @@
-//! The page of a positioning run: where the rover was, how well that is known, and why not better.
+//! The page of a positioning run: positions of the rover, their accuracy, and the causes of poor accuracy.
 
 mod figures;
 mod input;
@@ -62,12 +62,11 @@ fn evidence(run: &Run<'_>) -> Result<Markup, FigureError> {
         Fit::Scrolled,
         "Over one time axis: quality, ellipsoidal height, standard deviation against the \
          difference of the passes, ratio of the integer search, satellites used, phase residuals",
-        "From the top: quality; ellipsoidal height with one standard deviation; standard deviation \
-         of the position (root of the sum over east, north and up) beside the distance between \
-         forward and backward pass, which for passes that are independent and equally good is \
-         about twice as large; ratio of the second-best to the best set of integers, up to 999.9, \
-         with the ratio needed; satellites used; double-difference phase residuals after the \
-         update, one colour per satellite (cyclic).",
+        "From the top: quality; ellipsoidal height with one standard deviation; standard deviation of the \
+         position (root of the sum over east, north and up) and the distance between forward and backward \
+         pass, which for passes that are independent and equally good is about twice as large; ratio of the \
+         second-best to the best set of integers, up to 999.9, with the ratio needed; satellites used; \
+         double-difference phase residuals after the update, one colour per satellite (cyclic).",
     );
     Ok(html! {
         section #evidence {

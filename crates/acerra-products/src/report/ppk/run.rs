@@ -29,7 +29,7 @@ pub(super) struct Run<'a> {
     pub ratio_threshold: Option<f64>,
 }
 
-/// What one satellite contributed.
+/// Contribution of one satellite.
 pub(super) struct SatelliteUse {
     pub satellite: SatelliteId,
     pub time_s: Vec<f64>,
@@ -210,7 +210,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The pass differences that were kept, else those of epochs that are float because of them.
+/// The pass differences that were kept, else those of epochs that are float because of the difference.
 fn pass_difference_m(report: &PpkReport<'_>) -> Result<Vec<f64>, FigureError> {
     let epochs = &report.solution.epochs;
     if report.pass_difference_m.is_empty() {

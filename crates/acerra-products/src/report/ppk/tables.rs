@@ -6,7 +6,7 @@ use super::run::{Run, SatelliteUse, status};
 use acerra_gnss::PpkSolution;
 use maud::{Markup, html};
 
-/// Why epochs are not fixed, and how many for each reason.
+/// Reasons why epochs are not fixed, and the number for each.
 pub(super) fn not_fixed(solution: &PpkSolution) -> Markup {
     let reasons = solution.summary.not_fixed.iter();
     let row = |(reason, count): &(&str, usize)| vec![(*reason).to_owned(), count.to_string()];
@@ -22,7 +22,7 @@ pub(super) fn not_fixed(solution: &PpkSolution) -> Markup {
     }
 }
 
-/// What each satellite contributed.
+/// Contribution of each satellite.
 pub(super) fn satellites(satellites: &[SatelliteUse]) -> Markup {
     let rms = |values: &[f64]| {
         let finite: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();

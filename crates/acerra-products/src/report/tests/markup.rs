@@ -1,4 +1,4 @@
-//! That nothing breaks out of the pages, and that they are whole.
+//! Tests that no input breaks the markup of the pages, and that the pages are complete.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What the pages hold, and that nothing breaks out of them.
+//! Tests of the pages' content and markup.
 
 mod content;
 mod markup;

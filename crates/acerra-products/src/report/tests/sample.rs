@@ -1,4 +1,4 @@
-//! A report with everything in it.
+//! A report with every part.
 
 use acerra_chain::journal::stages::Stage;
 use acerra_chain::read::inputs::InputFile;

@@ -16,10 +16,10 @@ use crate::commands::values::positive;
 
 /// Position a rover by carrier phase against a base, after the flight.
 ///
-/// Reads RINEX 2–4 (plain or Hatanaka-compressed), u-blox UBX and RTCM 3 logs, SP3 orbits and RINEX
-/// clocks, each also inside gzip or compress (.Z), recognised by content; UBX and RTCM 3 logs bring
-/// their own navigation data. Without options: kinematic, fix and hold,
-/// forward and backward combined, every system's L1, the base's position from its header.
+/// Reads RINEX 2–4 (plain or Hatanaka-compressed), u-blox UBX and RTCM 3 logs, SP3 orbits and RINEX clocks,
+/// each also inside gzip or compress (.Z), recognised by content; UBX and RTCM 3 logs hold navigation data.
+/// Without options: kinematic, fix and hold, forward and backward combined, every system's L1, the base's
+/// position from its header.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   acerra ppk rover.ubx base.ubx -o flight.pos --report flight.html
@@ -36,10 +36,10 @@ pub struct Args {
     /// One more file of the rover's receiver, joined to its log (may be repeated).
     #[arg(long = "rover", value_name = "FILE", help_heading = "Input")]
     pub(super) more_rover: Vec<PathBuf>,
-    /// One more file of the base's receiver, such as that of another hour (may be repeated).
+    /// A further file of the base's receiver, such as that of another hour (may be repeated).
     #[arg(long = "base", value_name = "FILE", help_heading = "Input")]
     pub(super) more_base: Vec<PathBuf>,
-    /// Any time within half a week of RTCM 3 logs that do not tell their date: 2018-10-09T12:30:00.
+    /// Any time within half a week of RTCM 3 logs without a date: 2018-10-09T12:30:00.
     #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Input")]
     pub(super) date: Option<GpsTime>,
     /// Antenna calibrations of rover and base, found by the antennas' names in the logs.
@@ -61,7 +61,7 @@ pub struct Args {
         help_heading = "Input"
     )]
     pub(super) base_antenna: Option<String>,
-    /// Write the positions there, as RTKLIB does (`-`: standard output).
+    /// Write the positions to this file, as RTKLIB does (`-`: standard output).
     #[arg(short, long, value_name = "FILE.pos")]
     pub(super) output: Option<PathBuf>,
     /// Settings of an RTKLIB configuration file; the options below override them.
@@ -97,7 +97,7 @@ pub struct Args {
     /// What is estimated.
     #[arg(long, value_parser = named(PositioningMode::ALL, PositioningMode::name), help_heading = "Positioning")]
     pub(super) mode: Option<PositioningMode>,
-    /// Which way through the log.
+    /// Direction of processing.
     #[arg(long, value_parser = directions(), help_heading = "Positioning")]
     pub(super) direction: Option<FilterDirection>,
     /// Use the rover's log from this time on: 2018-10-09T12:30:00 in GPS time, with a Z at the end
@@ -107,7 +107,7 @@ pub struct Args {
     /// Use the rover's log up to this time, written likewise.
     #[arg(long, value_name = "TIME", value_parser = time, help_heading = "Positioning")]
     pub(super) end: Option<GpsTime>,
-    /// Where the base stands: `header`, `average` (of its single-point positions),
+    /// Position of the base: `header`, `average` (of its single-point positions),
     /// `llh:LATITUDE,LONGITUDE,HEIGHT` (degrees, ellipsoidal m) or `xyz:X,Y,Z` (ECEF, m).
     #[arg(long, value_name = "PLACE", value_parser = base_position, allow_hyphen_values = true,
           help_heading = "Positioning")]
@@ -180,7 +180,7 @@ pub struct Args {
     #[arg(long, value_name = "RATIO", value_parser = positive,
           help_heading = "Ambiguities and weights")]
     pub(super) code_phase_ratio: Option<f64>,
-    /// Do only what RTKLIB does: no check of phases by signal strength and residuals, no base data
+    /// Follow RTKLIB's rules alone: no check of phases by signal strength and residuals, no base data
     /// interpolated across gaps, no satellites left out of a fix that fails with all.
     #[arg(long, help_heading = "Ambiguities and weights")]
     pub(super) unguarded: bool,
@@ -188,7 +188,7 @@ pub struct Args {
     #[arg(long, value_parser = named(RuleSet::ALL, RuleSet::name), help_heading = "Ambiguities and weights")]
     pub(super) rules: Option<RuleSet>,
 
-    /// Coordinates of the output; with a moving base the baseline unless a configuration file says
+    /// Coordinates of the output; with a moving base the baseline unless a configuration file states
     /// otherwise.
     #[arg(long, value_parser = frames(), help_heading = "Output")]
     pub(super) format: Option<PosFrame>,

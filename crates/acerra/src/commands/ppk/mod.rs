@@ -48,7 +48,7 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let remark = extras.wanted(&run.solution).1;
     remarks.extend(remark);
     remarks.extend(extras.remarks(args, &outputs));
-    // The run's own remarks stay last.
+    // The run's own remarks come last.
     remarks.append(&mut run.warnings);
     run.warnings = remarks;
     for warning in &run.warnings {
@@ -170,7 +170,7 @@ fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::
     let name = Path::new(rover)
         .file_name()
         .map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    // The run's own remarks are shown by the page itself.
+    // The page itself shows the run's own remarks.
     let own = run.solution.summary.warnings.len();
     let others = run.warnings.len().saturating_sub(own);
     Ok(ppk_page(&PpkReport {
@@ -186,7 +186,7 @@ fn page(run: &Positioning, options: &PpkOptions, answer: &PpkAnswer) -> anyhow::
     })?)
 }
 
-/// Events with heights above the geoid where one is given; the column says so.
+/// Events with heights above the geoid where one is given; the column name states the datum.
 fn write_events(
     to: &mut dyn Write,
     answer: &PpkAnswer,

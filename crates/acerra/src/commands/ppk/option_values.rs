@@ -6,7 +6,7 @@ use acerra_gnss::pos::PosFrame;
 use acerra_gnss::{BasePosition, FilterDirection, System, SystemSet};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-/// Parser of an option whose values have names of their own.
+/// Parser of an option with named values.
 pub(super) fn named<T>(
     values: &'static [T],
     name: fn(T) -> &'static str,

@@ -1,4 +1,4 @@
-//! The files that `acerra ppk` writes besides the solution file.
+//! Output files of `acerra ppk` other than the solution file.
 
 use std::borrow::Cow;
 use std::fs;
@@ -16,7 +16,7 @@ use anyhow::Context;
 
 use super::args::Args;
 
-/// What the other outputs need, read before the positions are computed.
+/// Inputs of the other outputs, read before the positions are computed.
 pub(super) struct Extras {
     pub(super) geoid: Option<Arc<GeoidGrid>>,
     images: Vec<String>,
@@ -63,7 +63,7 @@ impl Extras {
         (Cow::Owned(kept), remark)
     }
 
-    /// What is to be said about heights that no geoid is given for.
+    /// Remark on heights without a geoid.
     pub(super) fn remarks(&self, args: &Args, outputs: &ConfOutputs) -> Vec<String> {
         let nmea = outputs.nmea || args.nmea.is_some();
         let wanted = [
@@ -93,7 +93,7 @@ impl Extras {
         self.geoid.clone().filter(|_| wanted)
     }
 
-    /// Writes NMEA, residuals and image positions beside their places.
+    /// Writes NMEA, residuals and image positions through staging files next to their places.
     pub(super) fn write(
         &self,
         args: &Args,
@@ -127,7 +127,7 @@ impl Extras {
     }
 }
 
-/// Where a configuration file's residuals go: beside the solution file.
+/// Path of a configuration file's residuals: next to the solution file.
 fn beside(args: &Args, outputs: &ConfOutputs) -> Option<PathBuf> {
     let output = args
         .output

@@ -14,7 +14,7 @@ use anyhow::Context;
 
 use super::args::Args;
 
-/// What the command line and a configuration file ask for.
+/// Settings by the command line and a configuration file.
 pub(super) struct Settings {
     pub(super) options: PpkOptions,
     pub(super) format: PosFormat,
@@ -44,8 +44,8 @@ impl Args {
         })
     }
 
-    /// A receiver's antenna: the command line's; the log's where calibrations are given and nothing
-    /// names one.
+    /// A receiver's antenna: the command line's; the log's where calibrations are given and no antenna is
+    /// named.
     fn antenna(&self, option: &Option<String>, stated: AntennaName) -> AntennaName {
         match option.as_deref() {
             Some("none") => AntennaName::None,
@@ -55,7 +55,7 @@ impl Args {
         }
     }
 
-    /// Options and outputs: preset or configuration file, then what the command line says.
+    /// Options and outputs: preset or configuration file, overridden by the command line.
     pub(super) fn settings(&self) -> anyhow::Result<Settings> {
         let mut remarks = Vec::new();
         let (mut inputs, mut outputs) = (ConfInputs::default(), ConfOutputs::default());

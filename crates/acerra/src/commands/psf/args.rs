@@ -20,7 +20,7 @@ pub struct Args {
     /// Height of a synthetic flight along x above z = 0, m.
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     pub(super) height: Option<f64>,
-    /// Offset of the target from the line y = 0: it stands at (0, D, 0) m.
+    /// Offset of the target from the line y = 0: the target is at (0, D, 0) m.
     #[arg(long, value_name = "D", value_parser = number, allow_negative_numbers = true)]
     pub(super) offset: Option<f64>,
     /// Shape of the synthetic flight: straight, or cosine:AMPLITUDE_M:PERIOD_M (Eq. 13 is
@@ -75,16 +75,16 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Positioning errors")]
 pub struct BlurArgs {
-    /// Standard deviation of the position on each axis, m: say how it blurs the image.
+    /// Standard deviation of the position on each axis, m: print the resulting blur of the image.
     #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true)]
     pub(super) position_sigma_m: Option<f64>,
     /// Take the standard deviations of the positions from the trajectory file (.pos, CSV, NMEA).
     #[arg(long, requires = "trajectory", conflicts_with = "position_sigma_m")]
     pub(super) position_sigma_from_file: bool,
-    /// Path over which errors stay alike (to 1/e), m; without it they are new at every pulse.
+    /// Path over which errors are correlated (to 1/e), m; by default they are independent at every pulse.
     #[arg(long, value_name = "L", value_parser = positive)]
     pub(super) correlation_m: Option<f64>,
-    /// Time over which errors of a recorded flight stay alike, s.
+    /// Time over which errors of a recorded flight are correlated, s.
     #[arg(long, value_name = "T", value_parser = positive, requires = "trajectory", conflicts_with = "correlation_m")]
     pub(super) correlation_s: Option<f64>,
     /// Draws of the Monte Carlo check; 0 for theory alone.
@@ -103,7 +103,7 @@ fn trials(text: &str) -> Result<usize, String> {
 }
 
 impl BlurArgs {
-    /// Whether any of it was asked for.
+    /// Whether any of these options was given.
     pub fn asked(&self) -> bool {
         self.position_sigma_m.is_some() || self.position_sigma_from_file
     }

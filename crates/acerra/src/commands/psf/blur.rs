@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::args::BlurArgs;
 use super::scene::Scene;
 
-/// What was assumed and what follows.
+/// Assumptions and results.
 #[derive(Serialize)]
 pub(super) struct Answer {
     /// One standard deviation for all axes and pulses; null where the file gave them.
@@ -171,7 +171,7 @@ pub(super) fn text(answer: &Answer) -> String {
         1.0,
     );
     if !t.focused {
-        text.push_str("note: no peak stands out of the speckle that these errors make\n");
+        text.push_str("note: no peak exceeds the speckle by these errors\n");
     }
     text
 }

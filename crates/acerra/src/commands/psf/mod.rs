@@ -63,8 +63,8 @@ pub fn run(args: &Args, out: &mut dyn Write) -> anyhow::Result<()> {
     let found = Analysis::of(&scene.spread, scene.target_m[0], scene.grid.z_m)?;
     if found.expected_m.is_none() {
         crate::terminal::note(&format!(
-            "the image plane lies too far below the target to show it (Eq. 14): what follows \
-             describes the residue at ({:.3}, {:.3}) m",
+            "the image plane lies too far below the target to show it (Eq. 14): the figures below describe \
+             the residue at ({:.3}, {:.3}) m",
             found.peak_m[0], found.peak_m[1]
         ));
     }

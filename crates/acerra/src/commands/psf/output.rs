@@ -1,4 +1,4 @@
-//! What is reported and drawn of a point spread function.
+//! Report and figures of a point spread function.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub(super) struct Answer {
     pslr_db: Option<f64>,
     islr_db: Option<f64>,
     theory: Theory,
-    /// Only where positioning errors were asked about.
+    /// Only with options on positioning errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensitivity: Option<super::blur::Answer>,
 }
@@ -96,7 +96,7 @@ pub(super) fn text(found: &Analysis) -> String {
     line(
         "ghost",
         found.ghost.map_or_else(
-            || "none of its own: the target lies within its resolution of the track".to_owned(),
+            || "no separate ghost: the target lies within its resolution of the track".to_owned(),
             |g| {
                 format!(
                     "{:.3} of the target at ({:.3}, {:.3}) m",
@@ -272,7 +272,7 @@ pub(super) fn write_targets(
         .collect();
     let mut staging = Staging::new(directory)?;
     if directory.join("psf.json").is_file() {
-        // Those of a single target, from an earlier call.
+        // Products of a single target, from an earlier call.
         staging.supersede(["psf.json", "cuts.png", "cuts.csv"].map(str::to_owned));
     }
     staging.write("psf.png", figure.draw()?.to_png()?)?;

@@ -20,16 +20,16 @@ pub(super) struct Scene {
     pub grid: PlaneGrid,
     /// The flight that the spread was made from.
     pub flight: Flight,
-    /// What the user should know though it stops nothing.
+    /// Remarks for the user that are no errors.
     pub notes: Vec<String>,
 }
 
-/// The pulses of a flight, with what a file says of them.
+/// The pulses of a flight, with data of the file on them.
 pub(super) struct Flight {
     pub position_m: Vec<[f64; 3]>,
     /// Time of each pulse, s; of recorded flights.
     pub time_s: Option<Vec<f64>>,
-    /// Standard deviations of each position, m; where the file states them for all.
+    /// Standard deviations of each position, m; where the file states all of them.
     pub sigma_m: Option<Vec<[f64; 3]>>,
 }
 
@@ -133,7 +133,7 @@ fn along_path(flight: &Flight, step_m: f64) -> anyhow::Result<Flight> {
         total_m / step_m < MOST,
         "a step of {step_m} m along {total_m:.1} m makes more than 10 million pulses"
     );
-    // Leg and fraction of it for every pulse.
+    // Leg and fraction of the leg for every pulse.
     let mut stops = vec![];
     let (mut next_m, mut passed_m) = (0.0, 0.0);
     for (leg, pair) in position_m.windows(2).enumerate() {
@@ -188,8 +188,7 @@ fn grid(args: &Args, target_m: &[[f64; 3]], plane_z_m: f64) -> anyhow::Result<Pl
     Ok(grid)
 }
 
-/// Pulses too far apart make grating lobes: refused where the step was asked for, noted where the
-/// flight was recorded so.
+/// Pulses too far apart cause grating lobes: refused for a requested step, noted for a recorded flight.
 ///
 /// The phase of an echo may turn by at most π from pulse to pulse, so the range to the target may
 /// change by at most a quarter of the shortest wavelength: the step of Eq. (6) with sin θ in it,
