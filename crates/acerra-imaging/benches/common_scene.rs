@@ -5,7 +5,8 @@
 //! number of threads: Gbp/s (10⁹ pixel × pulse contributions a second) by the clock and a second of
 //! processor time, the relative L2 error at every 17th pixel, and the share of the measured peak of
 //! fused multiply-adds that the counted arithmetic takes. Best of several runs. `forward` times the
-//! forward operator instead, `table` prints a line a plan, `dump=DIR` writes the scene for others.
+//! forward operator instead, `apart` both operators with transmitter and receiver 30 cm apart beside those of
+//! antennas that are one, `table` prints a line a plan, `dump=DIR` writes the scene for others.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod scene;
@@ -42,6 +43,10 @@ fn main() {
     }
     if std::env::args().any(|a| a == "forward") {
         time_forward(&scene);
+        return;
+    }
+    if std::env::args().any(|a| a == "apart") {
+        time_apart(&scene);
         return;
     }
     let pools = [1, 2].map(|n| {
@@ -125,6 +130,97 @@ fn main() {
             }
         }
     }
+}
+
+/// Antennas apart along the track beside antennas that are one: imaging and the forward operator by both engines, with
+/// 1/R², in turn, by the processor time of one thread.
+fn time_apart(scene: &Scene) {
+    const APART_M: f64 = 0.3;
+    let moved = |by_m: f64| -> Vec<[f64; 3]> {
+        let places = scene.position_m.iter();
+        places.map(|p| [p[0], p[1] + by_m, p[2]]).collect()
+    };
+    let (sent_m, received_m) = (moved(-0.5 * APART_M), moved(0.5 * APART_M));
+    let one = scene.pulses();
+    let apart = one.with_antennas(&sent_m, &received_m).unwrap();
+    let sigma: Vec<Complex32> = (0..scene.grid.len())
+        .map(|k| Complex32::new((k % 17) as f32 - 8.0, (k % 23) as f32 - 11.0))
+        .collect();
+    let mut image = vec![Complex32::ZERO; scene.grid.len()];
+    let mut echo = vec![Complex64::ZERO; scene.spectrum.len()];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.unwrap();
+    println!(
+        "| operator | engine | level | accuracy | one (Gbp/s) | apart (Gbp/s) | ratio | errors |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    let row = |name: &str,
+               [engine, level, accuracy]: [&str; 3],
+               best_s: [f64; 2],
+               errors: [f64; 2]| {
+        let [of_one, of_apart] = best_s.map(|s| scene.gbp() / s);
+        println!(
+            "| {name} | {engine} | {level} | {accuracy} | {of_one:.2} | {of_apart:.2} | {:.2} | {:.1e}, {:.1e} |",
+            of_apart / of_one,
+            errors[0],
+            errors[1],
+        );
+    };
+    for (engine, &level) in [Engine::Direct, Engine::Factorized]
+        .into_iter()
+        .flat_map(|engine| {
+            SimdLevel::available()
+                .iter()
+                .rev()
+                .map(move |l| (engine, l))
+        })
+    {
+        for accuracy in [2e-3, 1e-4] {
+            let options = PlanOptions::default()
+                .with_accuracy(accuracy)
+                .with_level(level)
+                .with_engine(engine);
+            let names = [
+                format!("{engine:?}"),
+                level.to_string(),
+                format!("{accuracy:.0e}"),
+            ];
+            let names = [&names[0], &names[1], &names[2]].map(String::as_str);
+            let plans = [one, apart].map(|p| ImagingPlan::new(p, scene.grid, &options).unwrap());
+            let best_s = in_turn(|k| {
+                pool.install(|| plans[k].run(&mut image, Control::default()))
+                    .unwrap();
+            });
+            assert!(plans.iter().all(|plan| plan.engine() == engine));
+            let errors = plans
+                .each_ref()
+                .map(|p| p.self_check().map_or(0.0, |c| c.error));
+            row("imaging", names, best_s, errors);
+            drop(plans);
+            let plans = [one, apart].map(|p| Forward::new(p, scene.grid, &options).unwrap());
+            let best_s = in_turn(|k| {
+                pool.install(|| plans[k].run(&sigma, &mut echo, Control::default()))
+                    .unwrap();
+            });
+            let errors = plans
+                .each_ref()
+                .map(|p| p.self_check().map_or(0.0, |c| c.error));
+            row("forward", names, best_s, errors);
+        }
+    }
+}
+
+/// The least processor time of each of two runs, which take turns three times, s.
+fn in_turn(mut run: impl FnMut(usize)) -> [f64; 2] {
+    let mut best_s = [f64::INFINITY; 2];
+    for _ in 0..3 {
+        for (k, best_s) in best_s.iter_mut().enumerate() {
+            let start_s = processor_time_s();
+            run(k);
+            *best_s = best_s.min(processor_time_s() - start_s);
+        }
+    }
+    best_s
 }
 
 /// The forward operator on an image of random pixels, by both engines at every level.

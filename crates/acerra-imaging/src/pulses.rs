@@ -3,7 +3,7 @@
 use crate::checks::{check_finite, check_length, check_places, check_positive};
 use crate::error::ImagingError;
 use crate::refraction::{Ground, Ray};
-use crate::vector::norm;
+use crate::vector::{norm, range_m};
 use num_complex::Complex64;
 
 /// Speed of light in vacuum, m/s.
@@ -167,7 +167,7 @@ impl<'a> Pulses<'a> {
             check_length(what, self.len(), places.len())?;
             check_places(what, places)?;
             for (place, position) in places.iter().zip(self.position_m) {
-                let found = crate::vector::range_m(*place, *position);
+                let found = range_m(*place, *position);
                 if found > FARTHEST_ANTENNA_M {
                     return Err(ImagingError::OutOfRange {
                         what: "distance of an antenna from the position (m)",
@@ -223,6 +223,32 @@ impl<'a> Pulses<'a> {
     #[must_use]
     pub fn antennas(&self) -> Option<[&'a [[f64; 3]]; 2]> {
         self.antennas.map(|a| [a.transmitter_m, a.receiver_m])
+    }
+
+    /// The places of the antennas, `[M]` each, m: one list where transmitter and receiver are one.
+    pub(crate) fn antenna_places_m(&self) -> impl Iterator<Item = &'a [[f64; 3]]> + use<'a> {
+        let [first, second] = match self.antennas {
+            Some(a) => [a.transmitter_m, a.receiver_m].map(Some),
+            None => [Some(self.position_m), None],
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// From transmitter and receiver of a pulse to a point, m, and how many antennas they are.
+    pub(crate) fn antennas_to_m(&self, pulse: usize, point_m: [f64; 3]) -> ([[f64; 3]; 2], usize) {
+        let from_m = |a: [f64; 3]| std::array::from_fn(|axis| point_m[axis] - a[axis]);
+        let antennas = 1 + usize::from(self.is_bistatic());
+        (self.antennas_m(pulse).map(from_m), antennas)
+    }
+
+    /// Greatest distance of an antenna from the middle of transmitter and receiver, m; zero where these are one.
+    pub(crate) fn half_apart_m(&self) -> f64 {
+        let half_m = |a: &Antennas| {
+            (a.transmitter_m.iter().zip(a.receiver_m))
+                .map(|(t, r)| 0.5 * range_m(*t, *r))
+                .fold(0.0, f64::max)
+        };
+        self.antennas.as_ref().map_or(0.0, half_m)
     }
 
     /// The rays from the transmitter and from the receiver to a point.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -85,3 +86,41 @@ def test_touchstone_of_scikit_rf(tmp_path: Path) -> None:
     found = acerra.read(tmp_path / "sweep.s2p", channel="S21")
     assert isinstance(found, xr.Dataset)
     np.testing.assert_allclose(np.asarray(found["spectrum"])[0], matrix[:, 1, 0], rtol=1e-6)
+
+
+@pytest.fixture
+def converted(tmp_path: Path, command: Path, values: npt.NDArray[np.float32]) -> Path:
+    """The folder to which `acerra convert` wrote traces of HDF5, with places: line.sgy and line.h5."""
+    h5py: Any = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "line.h5", "w") as out:
+        out["data"] = values
+        out["fast_time_s"] = 2e-9 + 100e-12 * np.arange(SAMPLES)
+        out["position_m"] = np.array([(0.25 * i, -3.5, 2.0) for i in range(TRACES)])
+    convert = [str(command), "convert", "line.h5", "--formats", "segy,hdf5", "-o", "converted"]
+    subprocess.run(convert, check=True, capture_output=True, cwd=tmp_path)
+    return tmp_path / "converted"
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_converted_segy_by_segyio(converted: Path, values: npt.NDArray[np.float32]) -> None:
+    segyio: Any = pytest.importorskip("segyio")
+    with segyio.open(str(converted / "line.sgy"), ignore_geometry=True) as back:
+        assert np.array_equal(back.trace.raw[:], values)
+        # Picoseconds where the standard counts microseconds.
+        assert back.bin[segyio.BinField.Interval] == 100
+        assert back.bin[segyio.BinField.Format] == 5
+        for i in range(TRACES):
+            header = back.header[i]
+            scalar = header[segyio.su.scalco]
+            scale = 1 / -scalar if scalar < 0 else max(scalar, 1)
+            assert header[segyio.su.sx] * scale == pytest.approx(0.25 * i, abs=1e-3)
+            assert header[segyio.su.sy] * scale == pytest.approx(-3.5, abs=1e-3)
+
+
+def test_converted_hdf5_by_h5py(converted: Path, values: npt.NDArray[np.float32]) -> None:
+    h5py: Any = pytest.importorskip("h5py")
+    with h5py.File(converted / "line.h5") as back:
+        assert np.array_equal(back["data"][:], values)
+        assert back["sample_interval_s"][()] == pytest.approx(100e-12, rel=1e-12)
+        assert back["fast_time_start_s"][()] == pytest.approx(2e-9, rel=1e-12)
+        assert np.allclose(back["position_m"][:, 0], 0.25 * np.arange(TRACES))

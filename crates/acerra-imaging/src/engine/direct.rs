@@ -66,7 +66,8 @@ impl DirectSpec {
 pub(crate) struct Direct {
     pub spec: DirectSpec,
     pub(super) level: SimdLevel,
-    antenna_m: [Vec<f64>; 3],
+    /// Places of the antennas by axis, m: of transmitters and receivers where these are apart.
+    antennas_m: Vec<[Vec<f64>; 3]>,
     table: Arc<RangeTable>,
     /// Where each pulse's entry 0 is, in bins from range zero.
     first_bin: Vec<f64>,
@@ -122,7 +123,7 @@ impl Direct {
         Ok(Self {
             spec,
             level,
-            antenna_m: axes_m(pulses.position_m()),
+            antennas_m: pulses.antenna_places_m().map(axes_m).collect(),
             first_bin: table.first_bins_beyond(0.0),
             table: Arc::new(table),
             cosine,
@@ -130,13 +131,13 @@ impl Direct {
         })
     }
 
-    /// The same tables for antennas at other places, whose echoes come from `beyond_m` further away than the pixels.
+    /// The same tables for antennas that transmit and receive at other places, whose echoes come from `beyond_m` further away than the pixels.
     ///
     /// The tables must hold the ranges of the pixels from the new places and `beyond_m` more, with the margin of
     /// [`table_ranges_m`].
     pub fn moved(&self, position_m: &[[f64; 3]], beyond_m: f64) -> Self {
         Self {
-            antenna_m: axes_m(position_m),
+            antennas_m: vec![axes_m(position_m)],
             first_bin: self.table.first_bins_beyond(beyond_m),
             table: Arc::clone(&self.table),
             ..*self
@@ -216,7 +217,7 @@ impl Direct {
             pulses: which,
             near_centre: half_block_m / self.table.spec.bin_m * f64::from(f32::EPSILON)
                 < 0.2 * tolerance_bins,
-            antenna_m: [&self.antenna_m[0], &self.antenna_m[1], &self.antenna_m[2]],
+            antennas_m: &self.antennas_m,
             table: self.table.view(&self.first_bin),
             cosine: self.cosine,
             sine: self.sine,
@@ -227,7 +228,7 @@ impl Direct {
                 Spreading::InverseSquare => self.spec.reference_below_m,
                 Spreading::None => 0.0,
             },
-            tilt: echoes.weights.tilt(),
+            weight: echoes.pixel_weight(),
             reference: echoes,
             control: meter.control(),
         }
@@ -239,7 +240,8 @@ impl Direct {
             self.spec.fine_carrier,
             self.spec.cubic,
         );
-        if job.tilt.is_some() {
+        let shape = self.spec.shape_on(relief.is_some());
+        if job.weight.is_some() && shape == Shape::Row {
             return dispatch!(self.level, s => match quality {
                 (1, false, false) => band::<_, 1, 3, false, true>(s, job, one, out),
                 (1, false, true) => band::<_, 1, 3, true, true>(s, job, one, out),
@@ -248,7 +250,6 @@ impl Direct {
                 _ => band::<_, 3, 4, true, true>(s, job, one, out),
             });
         }
-        let shape = self.spec.shape_on(relief.is_some());
         if relief.is_some() {
             let wide = shape == Shape::WideSquare;
             return dispatch!(self.level, s => match (quality, wide) {

@@ -6,7 +6,7 @@ use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::incidence::IncidenceWeight;
 use crate::kernel::cosine_power::CosinePower;
-use crate::kernel::direct::job::TiltView;
+use crate::kernel::direct::job::{PixelWeight, TiltView};
 use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::{DELAYS, even_sums};
 use crate::pulses::{Pulses, Spreading};
@@ -172,8 +172,7 @@ impl Weights {
         spreading * incidence * point.transmitted
     }
 
-    /// The pattern of antennas that do not look straight down, as the kernels read it: tables hold that of
-    /// ones that do.
+    /// The pattern of antennas that do not look straight down: tables hold that of ones that do.
     pub fn tilt(&self) -> Option<TiltView<'_>> {
         self.tilt.as_ref().map(|tilt| TiltView {
             per_metre: &tilt.per_metre,
@@ -328,6 +327,20 @@ impl WeightedPulses<'_> {
         self.step_hz.is_some()
     }
 
+    /// The weight that tables do not hold, as the kernels of imaging read it.
+    pub fn pixel_weight(&self) -> Option<PixelWeight<'_>> {
+        let tilt = || self.weights.tilt().map(PixelWeight::Tilt);
+        self.has_two_spreadings()
+            .then_some(PixelWeight::Ways)
+            .or_else(tilt)
+    }
+
+    /// Whether the ways there and back spread by themselves: a contribution weighs 1/(R_t R_r), of which tables hold
+    /// 1/S² at the mean S of both ranges.
+    pub fn has_two_spreadings(&self) -> bool {
+        self.pulses.is_bistatic() && self.weights.spreading == Spreading::InverseSquare
+    }
+
     /// Number of pulses.
     pub fn len(&self) -> usize {
         self.pulses.len()
@@ -351,16 +364,7 @@ impl WeightedPulses<'_> {
         for (range, point) in ranges_m.iter_mut().zip(points_m) {
             *range = range_m(antenna_m, *point);
         }
-        let mut values = match self.step_hz {
-            Some(step_hz) => profiles_at(&self.pulses, pulse, &ranges_m, step_hz),
-            None => {
-                let mut profiles = [Complex64::ZERO; DELAYS];
-                for (profile, range) in profiles.iter_mut().zip(ranges_m).take(points_m.len()) {
-                    *profile = pulse_at_range(&self.pulses, pulse, range);
-                }
-                profiles
-            }
-        };
+        let mut values = self.profiles(pulse, &ranges_m, points_m.len());
         for (value, (range, point)) in values.iter_mut().zip(ranges_m.iter().zip(points_m)) {
             *value *= self.factor(pulse, *range, *point);
         }
@@ -368,23 +372,40 @@ impl WeightedPulses<'_> {
     }
 
     fn contributions_along_rays(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS] {
-        let mut values = [Complex64::ZERO; DELAYS];
-        for (value, point) in values.iter_mut().zip(points_m) {
-            let way = self.way(pulse, *point);
-            let is_lossy = way.soil_m[0] > 0.0 && !self.dispersion.is_empty();
-            *value = if is_lossy {
-                (self.pulses.spectrum_of(pulse).iter().enumerate())
-                    .map(|(n, e)| e * self.echo_of(&way, n).conj())
-                    .sum()
-            } else {
-                match self.step_hz {
-                    Some(step_hz) => profile_at(&self.pulses, pulse, way.half_m, step_hz),
-                    None => pulse_at_range(&self.pulses, pulse, way.half_m),
-                }
-            };
+        let ways: Vec<Way> = (points_m.iter())
+            .map(|point_m| self.way(pulse, *point_m))
+            .collect();
+        let mut half_ways_m = [0.0; DELAYS];
+        for (half_m, way) in half_ways_m.iter_mut().zip(&ways) {
+            *half_m = way.half_m;
+        }
+        let mut values = self.profiles(pulse, &half_ways_m, ways.len());
+        for (value, way) in values.iter_mut().zip(&ways) {
+            if way.soil_m[0] > 0.0 && !self.dispersion.is_empty() {
+                *value = (self.pulses.spectrum_of(pulse).iter().enumerate())
+                    .map(|(n, e)| e * self.echo_of(way, n).conj())
+                    .sum();
+            }
             *value *= way.factor;
         }
         values
+    }
+
+    /// Σ_n E(m, n) e^{+j4πf_n R/c} of a pulse at the first `count` of some ranges; the rest has no meaning.
+    fn profiles(
+        &self,
+        pulse: usize,
+        ranges_m: &[f64; DELAYS],
+        count: usize,
+    ) -> [Complex64; DELAYS] {
+        if let Some(step_hz) = self.step_hz {
+            return profiles_at(&self.pulses, pulse, ranges_m, step_hz);
+        }
+        let mut profiles = [Complex64::ZERO; DELAYS];
+        for (profile, range) in profiles.iter_mut().zip(ranges_m).take(count) {
+            *profile = pulse_at_range(&self.pulses, pulse, *range);
+        }
+        profiles
     }
 
     fn way(&self, pulse: usize, point_m: [f64; 3]) -> Way {

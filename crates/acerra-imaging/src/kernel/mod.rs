@@ -29,3 +29,4 @@ pub(crate) mod spread_expansion;
 pub(crate) mod spread_groups;
 pub(crate) mod spread_squares;
 pub(crate) mod tabulated;
+mod two_ways;

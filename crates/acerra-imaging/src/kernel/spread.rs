@@ -6,12 +6,14 @@
 
 use super::cosine_power::CosinePower;
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
+use super::two_ways::{mean, spreading};
+use crate::vector::{dot, norm};
 use std::ops::Range;
 
 /// A row, a pulse, and the bins between them.
 pub(crate) struct SpreadRow<'a> {
-    /// From the antenna to pixel 0, m.
-    pub from_antenna_m: [f64; 3],
+    /// From each of the pulse's antennas, one or two, to pixel 0, m: a range is the mean of those from both.
+    pub from_antennas_m: &'a [[f64; 3]],
     /// Unit vector along the row and distance of the pixels, m.
     pub unit: [f64; 3],
     pub pixel_m: f64,
@@ -28,8 +30,16 @@ pub(crate) struct SpreadRow<'a> {
     /// cos αδ and sin(αδ)/δ in powers of δ².
     pub cosine: [f32; 4],
     pub sine: [f32; 4],
+    /// The weight that bins do not hold, if any.
+    pub weight: Option<RowWeight>,
+}
+
+/// A weight that changes from pixel to pixel.
+pub(crate) enum RowWeight {
     /// Of an antenna that does not look straight down.
-    pub tilt: Option<RowTilt>,
+    Tilt(RowTilt),
+    /// The spreading of two ways beside that of their mean.
+    Ways,
 }
 
 /// The antenna's pattern along a row, beside that of one that looks straight down.
@@ -44,6 +54,41 @@ pub(crate) struct RowTilt {
 /// Numbers a bin of a table of `degree`: coefficients side by side, in fours.
 pub(crate) const fn step(degree: usize) -> usize {
     if degree <= 1 { 4 } else { 8 }
+}
+
+/// A place of a row as the antennas see it: ranges, and offsets along the row, m. One antenna counts twice.
+struct Seen {
+    ranges_m: [f64; 2],
+    along_m: [f64; 2],
+}
+
+impl SpreadRow<'_> {
+    /// The place `columns` pixels along the row.
+    #[inline(always)]
+    fn seen(&self, columns: f64) -> Seen {
+        let last = self.from_antennas_m.len() - 1;
+        let from_m = [self.from_antennas_m[0], self.from_antennas_m[last]];
+        let d = from_m.map(|from_m| -> [f64; 3] {
+            std::array::from_fn(|a| from_m[a] + columns * self.pixel_m * self.unit[a])
+        });
+        Seen {
+            ranges_m: d.map(norm),
+            along_m: d.map(|d| dot(d, self.unit)),
+        }
+    }
+}
+
+impl Seen {
+    /// Ranges from an antenna at `offset` along the row from here, and how much longer they are than from here, m.
+    #[inline(always)]
+    fn exact<S: Lanes>(&self, s: S, antenna: usize, offset: S::V) -> [S::V; 2] {
+        let range0 = s.splat(self.ranges_m[antenna] as f32);
+        let along0 = s.splat(self.along_m[antenna] as f32);
+        let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
+        let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
+        let range = s.sqrt(square);
+        [range, s.div(square_difference, s.add(range, range0))]
+    }
 }
 
 /// Adds the row to `bins` `[entries, step]`; pieces next to the antenna go to `reference` instead.
@@ -67,33 +112,34 @@ pub(crate) fn spread_row<S: Lanes, const DEGREE: usize, const TERMS: usize>(
     }
     // SAFETY: `lane` has MAX_LANES ≥ N numbers.
     let lanes = unsafe { s.load(lane.as_ptr()) };
-    let (rounding, zero, tiny) = (s.splat(ROUNDING), s.splat(0.0), s.splat(1e-30));
+    let (rounding, zero) = (s.splat(ROUNDING), s.splat(0.0));
     let a_metre = s.splat((1.0 / job.bin_m) as f32);
     let mut start = 0;
     while start < length {
         let end = (start + job.segment).min(length);
         let centre = start as f64 + 0.5 * (end - start - 1) as f64;
-        let d: [f64; 3] =
-            std::array::from_fn(|a| job.from_antenna_m[a] + centre * job.pixel_m * job.unit[a]);
-        let range = crate::vector::norm(d);
-        if range - 0.5 * (end - start) as f64 * job.pixel_m < job.reference_below_m {
+        let seen = job.seen(centre);
+        let nearest = seen.ranges_m.iter().copied().fold(f64::INFINITY, f64::min);
+        if nearest - 0.5 * (end - start) as f64 * job.pixel_m < job.reference_below_m {
             reference(start..end);
             start = end;
             continue;
         }
-        let t0 = range / job.bin_m - job.first_bin as f64;
+        let t0 = 0.5 * (seen.ranges_m[0] + seen.ranges_m[1]) / job.bin_m - job.first_bin as f64;
         let whole = (t0 as i32).clamp(0, entries as i32 - 1);
         let fraction = s.splat((t0 - f64::from(whole)) as f32);
-        let range0 = s.splat(range as f32);
-        let along0 = s.splat(crate::vector::dot(d, job.unit) as f32);
         let lowest = s.splat(-(whole as f32));
         let highest = s.splat((entries as i32 - 1 - whole) as f32);
         let mut at = start;
         while at < end {
             let offset = s.add(lanes, s.splat(((at as f64 - centre) * job.pixel_m) as f32));
-            let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
-            let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
-            let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
+            let [sent, mut difference] = seen.exact(s, 0, offset);
+            let mut received = sent;
+            if job.from_antennas_m.len() > 1 {
+                let [range, of_received] = seen.exact(s, 1, offset);
+                received = range;
+                difference = mean(s, difference, of_received);
+            }
             let t = s.mul_add(difference, a_metre, fraction);
             let i = s.sub(s.add(t, rounding), rounding);
             let delta = s.sub(t, i);
@@ -117,9 +163,13 @@ pub(crate) fn spread_row<S: Lanes, const DEGREE: usize, const TERMS: usize>(
             unsafe {
                 let re = s.load(job.real.as_ptr().add(at));
                 let im = s.load(job.imag.as_ptr().add(at));
-                let (re, im) = match &job.tilt {
+                let (re, im) = match &job.weight {
                     None => (re, im),
-                    Some(tilt) => {
+                    Some(RowWeight::Ways) => {
+                        let weight = spreading(s, sent, received);
+                        (s.mul(re, weight), s.mul(im, weight))
+                    }
+                    Some(RowWeight::Tilt(tilt)) => {
                         let first = s.splat((tilt.ratio + at as f64 * tilt.slope) as f32);
                         let a_metre = s.splat((tilt.slope / job.pixel_m) as f32);
                         let weight = tilt.power.of(s, s.mul_add(lanes, a_metre, first));

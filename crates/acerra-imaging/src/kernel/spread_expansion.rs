@@ -5,14 +5,19 @@
 //! order ends after Q, the third after LQ/R.
 
 use super::lanes::{Lanes, MAX_LANES};
+use super::two_ways::{half_sum, spreading};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
 /// Strips, rows of groups one after another, and a pulse.
 #[derive(Clone)]
-pub(crate) struct StripGeometry {
-    /// From the antenna to the first pixel of the first strip, m.
-    pub from_antenna_m: [f64; 3],
+pub(crate) struct StripGeometry<'a> {
+    /// From each of the pulse's antennas, one or two, to the first pixel of the first strip, m: a range is the mean of
+    /// those from both.
+    pub from_antennas_m: &'a [[f64; 3]],
+    /// Whether values are multiplied by the spreading of two ways beside that of their mean, at the middle of each
+    /// group.
+    pub two_spreadings: bool,
     pub strips: usize,
     /// Numbers from one strip to the next.
     pub stride: usize,
@@ -36,7 +41,7 @@ pub(crate) type Fallback<'a> = dyn FnMut((usize, Range<usize>), &mut [f32]) + 'a
 /// What all blocks of strips share. `CUBIC` expansions are of third order, others of second.
 pub(super) struct Strip<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool> {
     s: S,
-    geometry: &'a StripGeometry,
+    geometry: &'a StripGeometry<'a>,
     /// From the block's middle to its groups' middles, m.
     offsets_m: S::V,
     skew: S::V,
@@ -61,9 +66,28 @@ pub(super) struct Expanded<S: Lanes> {
     /// The range at the middle in bins past `whole`.
     pub t: S::V,
     pub whole: i32,
+    /// Factor of the values of each group, where they have one.
+    pub weight: Option<S::V>,
 }
 
-impl StripGeometry {
+/// The range from an antenna over each group about its middle, in the same units.
+#[derive(Clone, Copy)]
+struct About<S: Lanes> {
+    /// At the middle, and how much longer it is than at the block's middle, m.
+    range_m: S::V,
+    difference_m: S::V,
+    slope: [S::V; 2],
+    along_square: S::V,
+    product: S::V,
+    across_square: S::V,
+    inverse_range: S::V,
+    /// Most of the linear and of the square part over a group, and bound of what the expansion drops.
+    linear: S::V,
+    squares: S::V,
+    dropped: S::V,
+}
+
+impl StripGeometry<'_> {
     /// Checks what kernels rely on: bins of `step` numbers, and parts `[strips, blocks, rows, columns,
     /// MAX_LANES]` of groups of `pixels`.
     #[inline(always)]
@@ -105,7 +129,7 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
 {
     /// For expansions in `units_a_metre` that may err by `tolerance` units.
     #[inline(always)]
-    pub fn of(s: S, geometry: &'a StripGeometry, units_a_metre: f64, tolerance: f64) -> Self {
+    pub fn of(s: S, geometry: &'a StripGeometry<'a>, units_a_metre: f64, tolerance: f64) -> Self {
         let mut lane = [0f32; MAX_LANES];
         for (k, v) in lane.iter_mut().enumerate() {
             let groups = k as f64 - 0.5 * (S::N - 1) as f64;
@@ -124,23 +148,34 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
     }
 
     /// Expands the ranges of the block of a strip from group `first` on; `None` where that does not hold.
-    /// Lanes past the last group repeat it.
-    #[inline(always)]
+    /// Lanes past the last group repeat it. All degrees of bins share the function.
+    #[inline(never)]
     pub fn expand(&self, strip: usize, first: usize) -> Option<Expanded<S>> {
+        self.s.vectorize(
+            #[inline(always)]
+            |_| self.expand_here(strip, first),
+        )
+    }
+
+    #[inline(always)]
+    fn expand_here(&self, strip: usize, first: usize) -> Option<Expanded<S>> {
         let (s, geometry) = (self.s, self.geometry);
         let half = [0.5 * (COLUMNS * S::N - 1) as f64, 0.5 * (ROWS - 1) as f64];
         let along_m = ((first * COLUMNS) as f64 + half[0]) * geometry.pixel_m[0];
         let across_m = ((strip * ROWS) as f64 + half[1]) * geometry.pixel_m[1];
-        let d: [f64; 3] = std::array::from_fn(|a| {
-            geometry.from_antenna_m[a]
-                + along_m * geometry.unit[0][a]
-                + across_m * geometry.unit[1][a]
+        let last = geometry.from_antennas_m.len() - 1;
+        let d = [0, last].map(|antenna| -> [f64; 3] {
+            std::array::from_fn(|a| {
+                geometry.from_antennas_m[antenna][a]
+                    + along_m * geometry.unit[0][a]
+                    + across_m * geometry.unit[1][a]
+            })
         });
-        let range_m = norm(d);
+        let ranges_m = d.map(norm);
         let block_m = half[0] * geometry.pixel_m[0] + half[1] * geometry.pixel_m[1];
         // False for NaN too.
-        let far = range_m - block_m >= geometry.reference_below_m;
-        if !far {
+        let is_far = |range_m: f64| range_m - block_m >= geometry.reference_below_m;
+        if !(is_far(ranges_m[0]) && is_far(ranges_m[1])) {
             return None;
         }
         let mut offsets_m = self.offsets_m;
@@ -150,8 +185,40 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
             let zero = s.splat(0.0);
             offsets_m = s.sub(zero, s.max(s.sub(zero, offsets_m), last_m));
         }
-        let t0 = range_m / geometry.bin_m - geometry.first_bin as f64;
+        let mean_m = 0.5 * (ranges_m[0] + ranges_m[1]);
+        let t0 = mean_m / geometry.bin_m - geometry.first_bin as f64;
         let whole = (t0 as i32).clamp(0, geometry.entries as i32 - 1);
+        let sent = self.about((d[0], ranges_m[0]), offsets_m)?;
+        let (mut about, mut weight) = (sent, None);
+        if last > 0 {
+            let received = self.about((d[1], ranges_m[1]), offsets_m)?;
+            about = sent.mean::<CUBIC>(s, &received);
+            if geometry.two_spreadings {
+                weight = Some(spreading(s, sent.range_m, received.range_m));
+            }
+        }
+        if !s.all_le(about.dropped, self.tolerance) {
+            return None;
+        }
+        let fraction = s.splat((t0 - f64::from(whole)) as f32);
+        let a_metre = s.splat((1.0 / geometry.bin_m) as f32);
+        Some(Expanded {
+            slope: about.slope,
+            along_square: about.along_square,
+            product: about.product,
+            across_square: about.across_square,
+            inverse_range: about.inverse_range,
+            reach: s.add(about.linear, about.squares),
+            t: s.mul_add(about.difference_m, a_metre, fraction),
+            whole,
+            weight,
+        })
+    }
+
+    /// Expands the ranges from an antenna seen from `d`, at `range_m`; `None` where the expansion does not converge.
+    #[inline(always)]
+    fn about(&self, (d, range_m): ([f64; 3], f64), offsets_m: S::V) -> Option<About<S>> {
+        let (s, geometry) = (self.s, self.geometry);
         let (one, tiny) = (s.splat(1.0), s.splat(1e-30));
         let (range0, along0) = (s.splat(range_m as f32), dot(d, geometry.unit[0]) as f32);
         let along = s.add(s.splat(along0), offsets_m);
@@ -203,19 +270,68 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
             // Third order −LQ/R; what follows is below Q²/R.
             s.mul(s.mul(squares, reach), inverse_range)
         };
-        if !s.all_le(dropped, self.tolerance) {
-            return None;
-        }
-        let fraction = s.splat((t0 - f64::from(whole)) as f32);
-        Some(Expanded {
+        Some(About {
+            range_m: range,
+            difference_m: difference,
             slope,
             along_square,
             product,
             across_square,
             inverse_range,
-            reach,
-            t: s.mul_add(difference, s.splat((1.0 / geometry.bin_m) as f32), fraction),
-            whole,
+            linear,
+            squares,
+            dropped,
         })
+    }
+}
+
+impl<S: Lanes> About<S> {
+    /// Half the way there and back. Of third order kernels take the product of the means, linear part times square part
+    /// over range, for the mean of the products: that drops the products of two half differences and a mean.
+    #[inline(always)]
+    fn mean<const CUBIC: bool>(&self, s: S, other: &Self) -> Self {
+        let mut mean = self.half_sum(s, other, s.splat(1.0));
+        if CUBIC {
+            // The pixels of a group lie at most 1.5 pixels from its middle.
+            let apart = self.half_sum(s, other, s.splat(-1.0));
+            let slopes = s.add(s.abs(apart.slope[0]), s.abs(apart.slope[1]));
+            let linear_apart = s.mul(s.splat(1.5), slopes);
+            let squares = s.add(s.abs(apart.along_square), s.abs(apart.product));
+            let squares = s.add(squares, s.abs(apart.across_square));
+            let squares_apart = s.mul(s.splat(2.25), squares);
+            let one = s.mul_add(
+                mean.linear,
+                squares_apart,
+                s.mul(mean.squares, linear_apart),
+            );
+            let both = s.mul(linear_apart, squares_apart);
+            let dropped = s.mul_add(
+                one,
+                s.abs(apart.inverse_range),
+                s.mul(both, mean.inverse_range),
+            );
+            mean.dropped = s.add(mean.dropped, dropped);
+        }
+        mean
+    }
+
+    /// Half of the sum of two, or of their difference where the other's `sign` is −1.
+    #[inline(always)]
+    fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
+        Self {
+            range_m: half_sum(s, sign, self.range_m, other.range_m),
+            difference_m: half_sum(s, sign, self.difference_m, other.difference_m),
+            slope: [
+                half_sum(s, sign, self.slope[0], other.slope[0]),
+                half_sum(s, sign, self.slope[1], other.slope[1]),
+            ],
+            along_square: half_sum(s, sign, self.along_square, other.along_square),
+            product: half_sum(s, sign, self.product, other.product),
+            across_square: half_sum(s, sign, self.across_square, other.across_square),
+            inverse_range: half_sum(s, sign, self.inverse_range, other.inverse_range),
+            linear: half_sum(s, sign, self.linear, other.linear),
+            squares: half_sum(s, sign, self.squares, other.squares),
+            dropped: half_sum(s, sign, self.dropped, other.dropped),
+        }
     }
 }

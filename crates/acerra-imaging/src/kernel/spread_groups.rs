@@ -20,7 +20,7 @@ pub(crate) const MAX_TERMS: usize = 5;
 
 /// Groups of a strip, a pulse, and the bins between them.
 pub(crate) struct SpreadStrip<'a> {
-    pub geometry: StripGeometry,
+    pub geometry: StripGeometry<'a>,
     /// Real and imaginary parts `[strips, blocks, ROWS, COLUMNS, MAX_LANES]`: pixels of the same place in
     /// their groups side by side, zeros beyond the image.
     pub real: &'a [f32],
@@ -95,7 +95,7 @@ pub(crate) fn spread_strip<
         let i = s.max(i, s.splat(-(at.whole as f32)));
         let highest = s.splat((entries as i32 - 1 - at.whole) as f32);
         let i = s.sub(zero, s.max(s.sub(zero, i), s.sub(zero, highest)));
-        let moved = moments.moved(sums, s.sub(at.t, i));
+        let moved = moments.moved(sums, s.sub(at.t, i), at.weight);
         let i = s.add(i, rounding);
         // SAFETY: indices past `whole` are kept within the limits, and every bin holds 8 numbers.
         unsafe {
@@ -182,10 +182,10 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
         sums
     }
 
-    /// Moments in bins about the bins' centres, from which the groups' middles are `epsilon` bins away:
-    /// the eight numbers that are added to a bin.
+    /// Moments in bins about the bins' centres, from which the groups' middles are `epsilon` bins away, times `weight`
+    /// where there is one: the eight numbers that are added to a bin.
     #[inline(always)]
-    fn moved(&self, sums: Sums<S>, epsilon: S::V) -> [S::V; 8] {
+    fn moved(&self, sums: Sums<S>, epsilon: S::V, weight: Option<S::V>) -> [S::V; 8] {
         let s = self.s;
         let square = s.mul(epsilon, epsilon);
         let (mut cosine, mut sine) = (self.cosine[3], self.sine[2]);
@@ -196,6 +196,9 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
             sine = s.mul_add(sine, square, self.sine[k]);
         }
         sine = s.mul(sine, epsilon);
+        if let Some(weight) = weight {
+            (cosine, sine) = (s.mul(cosine, weight), s.mul(sine, weight));
+        }
         let b = self.bins_a_half_turn;
         let scales = [s.splat(1.0), b, s.mul(b, b), s.mul(s.mul(b, b), b)];
         let mut m = sums;

@@ -11,7 +11,7 @@ use super::spread_expansion::{Expanded, Fallback, Strip, StripGeometry};
 
 /// Groups of a strip, a pulse, and the bins between them.
 pub(crate) struct SpreadSquares<'a> {
-    pub geometry: StripGeometry,
+    pub geometry: StripGeometry<'a>,
     /// Real and imaginary parts `[strips, blocks, ROWS, COLUMNS, MAX_LANES]`: pixels of the same place in
     /// their groups side by side, zeros beyond the image.
     pub real: &'a [f32],
@@ -79,9 +79,10 @@ pub(crate) fn spread_squares<
                 let place = row * COLUMNS * MAX_LANES;
                 let (real, imag) = (real.add(place), imag.add(place));
                 let cubic = rows.at(row);
-                carrier.add_pair::<COLUMNS>(0, &cubic, [real, imag], (to, rows.rounding));
+                let bins = (to, rows.rounding);
+                carrier.add_pair::<COLUMNS>(0, &cubic, [real, imag], bins, at.weight);
                 if COLUMNS > 2 {
-                    carrier.add_pair::<COLUMNS>(1, &cubic, [real, imag], (to, rows.rounding));
+                    carrier.add_pair::<COLUMNS>(1, &cubic, [real, imag], bins, at.weight);
                 }
             }
         }
@@ -173,7 +174,7 @@ struct Carrier<S: Lanes, const DEGREE: usize, const TERMS: usize> {
 
 impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Carrier<S, DEGREE, TERMS> {
     /// Adds the two pixels of a row that are `k` pixels from those next to the middle, row `at` past
-    /// `rounding`, to the bins from `to` on.
+    /// `rounding`, times `weight` where there is one, to the bins from `to` on.
     ///
     /// # Safety
     /// N numbers must be readable at the places of both columns, the bins at all lanes writable.
@@ -184,6 +185,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Carrier<S, DEGREE, TERMS
         row: &Cubic<S>,
         [real, imag]: [*const f32; 2],
         (to, rounding): (*mut f32, S::V),
+        weight: Option<S::V>,
     ) {
         let s = self.s;
         let ranges = row.either_side(s, 0.5 + k as f32);
@@ -192,7 +194,10 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Carrier<S, DEGREE, TERMS
             let place = column * MAX_LANES;
             // SAFETY: the caller vouches for all.
             unsafe {
-                let value = [s.load(real.add(place)), s.load(imag.add(place))];
+                let mut value = [s.load(real.add(place)), s.load(imag.add(place))];
+                if let Some(weight) = weight {
+                    value = [s.mul(value[0], weight), s.mul(value[1], weight)];
+                }
                 self.add(to, (rounding, t), value);
             }
         }
@@ -254,10 +259,14 @@ mod tests {
     const GROUPS: usize = 37;
     const STRIPS: usize = 3;
 
-    fn geometry<const COLUMNS: usize, const ROWS: usize>(height_m: f64) -> StripGeometry {
+    fn geometry<const COLUMNS: usize, const ROWS: usize>(
+        from_antennas_m: &[[f64; 3]],
+    ) -> StripGeometry<'_> {
+        let height_m = -from_antennas_m[0][2];
         let (u, v) = ([0.98, 0.1, 0.05], [-0.2, 0.95, 0.0]);
         StripGeometry {
-            from_antenna_m: [-0.7, 0.4, -height_m],
+            from_antennas_m,
+            two_spreadings: from_antennas_m.len() > 1,
             strips: STRIPS,
             stride: GROUPS.next_multiple_of(MAX_LANES) * COLUMNS * ROWS * MAX_LANES,
             unit: [u.map(|x| x / norm(u)), v.map(|x| x / norm(v))],
@@ -292,11 +301,16 @@ mod tests {
                     let i = (group * COLUMNS + place % COLUMNS) as f64 * geometry.pixel_m[0];
                     let j = (strip * ROWS + place / COLUMNS) as f64 * geometry.pixel_m[1];
                     let [u, v] = geometry.unit;
-                    let range_m = norm(std::array::from_fn(|a| {
-                        geometry.from_antenna_m[a] + i * u[a] + j * v[a]
-                    }));
-                    let t = range_m / BIN_M - geometry.first_bin as f64;
-                    expected += value * Complex64::cis(-(CARRIER_RAD + ramp_rad) * t);
+                    let ranges_m: Vec<f64> = (geometry.from_antennas_m.iter())
+                        .map(|from_m| {
+                            norm(std::array::from_fn(|a| from_m[a] + i * u[a] + j * v[a]))
+                        })
+                        .collect();
+                    let (first, last) = (ranges_m[0], ranges_m[ranges_m.len() - 1]);
+                    let mean_m = 0.5 * (first + last);
+                    let t = mean_m / BIN_M - geometry.first_bin as f64;
+                    let spreading = mean_m * mean_m / (first * last);
+                    expected += value * spreading * Complex64::cis(-(CARRIER_RAD + ramp_rad) * t);
                     size += value.norm_sqr();
                 }
             }
@@ -333,32 +347,36 @@ mod tests {
     }
 
     fn check<S: Lanes>(s: S) {
-        for height_m in [4.0, 40.0] {
+        let one = |height_m: f64| vec![[-0.7, 0.4, -height_m]];
+        let apart = |height_m: f64| vec![[-0.8, 0.4, -height_m], [-0.6, 0.3, -height_m]];
+        for from_m in [one(4.0), one(40.0), apart(4.0), apart(40.0)] {
             let errors = [
-                error::<S, 4, 4, 1>(s, &geometry::<4, 4>(height_m)),
-                error::<S, 4, 4, 2>(s, &geometry::<4, 4>(height_m)),
-                error::<S, 4, 4, 3>(s, &geometry::<4, 4>(height_m)),
-                error::<S, 2, 2, 1>(s, &geometry::<2, 2>(height_m)),
-                error::<S, 2, 2, 3>(s, &geometry::<2, 2>(height_m)),
+                error::<S, 4, 4, 1>(s, &geometry::<4, 4>(&from_m)),
+                error::<S, 4, 4, 2>(s, &geometry::<4, 4>(&from_m)),
+                error::<S, 4, 4, 3>(s, &geometry::<4, 4>(&from_m)),
+                error::<S, 2, 2, 1>(s, &geometry::<2, 2>(&from_m)),
+                error::<S, 2, 2, 3>(s, &geometry::<2, 2>(&from_m)),
             ];
             for (error, fallbacks) in errors {
-                assert!(error < 3e-4, "{errors:?} at {height_m} m");
+                assert!(error < 3e-4, "{errors:?} from {from_m:?}");
                 assert_eq!(fallbacks, 0);
             }
         }
         // Blocks near the antenna, past the last bin or before the first one are left to the fallback.
         let blocks = STRIPS * GROUPS.div_ceil(S::N);
+        let from_m = one(4.0);
+        let usual = geometry::<4, 4>(&from_m);
         let near = StripGeometry {
             reference_below_m: 9.0,
-            ..geometry::<4, 4>(4.0)
+            ..usual.clone()
         };
         let past = StripGeometry {
             entries: 10,
-            ..geometry::<4, 4>(4.0)
+            ..usual.clone()
         };
         let before = StripGeometry {
             first_bin: 2000,
-            ..geometry::<4, 4>(4.0)
+            ..usual
         };
         for geometry in [near, past, before] {
             assert_eq!(error::<S, 4, 4, 1>(s, &geometry).1, blocks);

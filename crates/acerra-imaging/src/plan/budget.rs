@@ -20,6 +20,7 @@ use crate::kernel::direct::job::Shape;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::merge::{MOST_SAMPLES, MOST_TAPS, TAPS};
 use crate::pulses::Pulses;
+use crate::vector::dot;
 use acerra_control::Control;
 
 /// Share of the accuracy that interpolation over uneven ground may take: that of a plane's axes together.
@@ -28,6 +29,23 @@ const ALLOWED_TO_RELIEF: f64 = 0.6;
 /// is that of the steepest places, kinks have none.
 const COARSEST: f64 = 0.8;
 const FINEST: f64 = 3.0;
+
+/// Share of the accuracy that one spreading of two ways may take for all pixels of a group.
+const SPREADING_SHARE: f64 = 0.2;
+
+/// Whether the spreading of two ways, from antennas apart, differs too much between the pixels of a group.
+pub(super) fn has_own_spreadings(
+    pulses: &Pulses,
+    grid: &TiltedGrid,
+    group: [usize; 2],
+    sample: &Sample,
+    accuracy: f64,
+) -> bool {
+    // Root mean square of the places of pixels about the middle.
+    let away = |pixels: usize, step: [f64; 3]| (pixels.pow(2) - 1) as f64 / 12.0 * dot(step, step);
+    let away_m = (away(group[0], grid.u_m) + away(group[1], grid.v_m)).sqrt();
+    sample.spreading_error(pulses.half_apart_m(), away_m) > SPREADING_SHARE * accuracy
+}
 
 /// The next fineness after one whose error exceeds what is allowed by a factor. At 1 the bandwidth's errors are within
 /// it; kinks are left, whose errors fall about with the square of the spacing.
@@ -116,11 +134,13 @@ impl<'a> Budget<'a> {
     /// The cheapest of some tables and arrangements, and its cost.
     fn cheapest(&self, on: &Target, tables: &[TableSpec], accuracy: f64) -> (DirectSpec, f64) {
         let arrange = self.arrangements();
-        // Tilted antennas are taken by rows, heights by squares.
-        let shapes: &[Shape] = match (self.grid.is_uneven(), self.pulses.boresight()) {
+        // Squares have one weight for all of their pixels, and take heights.
+        let has_weights = self.pulses.boresight().is_some()
+            || has_own_spreadings(self.pulses, on.grid, [4, 4], &on.sample, accuracy);
+        let shapes: &[Shape] = match (self.grid.is_uneven(), has_weights) {
             (true, _) => &[Shape::Square, Shape::WideSquare],
-            (false, Some(_)) => &[Shape::Row],
-            (false, None) => &[Shape::Row, Shape::Square, Shape::WideSquare],
+            (false, true) => &[Shape::Row],
+            (false, false) => &[Shape::Row, Shape::Square, Shape::WideSquare],
         };
         let mut best: Option<(DirectSpec, f64)> = None;
         for table in tables {

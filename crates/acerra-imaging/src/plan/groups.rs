@@ -3,7 +3,7 @@
 
 use super::arrangement::Arrangements;
 use super::bins::{carrier_error, choose_table};
-use super::budget::Budget;
+use super::budget::{Budget, has_own_spreadings};
 use super::request::Request;
 use super::sample::Sample;
 use crate::engine::direct::DirectSpec;
@@ -40,7 +40,7 @@ const ROW_COST: f64 = 16.0;
 /// The groups that cost least among those that keep `accuracy`, with tables of their own in place of
 /// those of `imaging`, and their cost in vector operations a pixel. `None` where pixels are taken one by
 /// one: coarse pixels, accuracies that the single-precision expansion does not carry, weights by incidence,
-/// whose expansion about a bin is no wider than the bin.
+/// whose expansion about a bin is no wider than the bin, antennas far apart.
 pub(super) fn choose_groups(
     request: &Request,
     power: &[f64],
@@ -53,7 +53,11 @@ pub(super) fn choose_groups(
     let (pulses, grid) = (&request.echoes.pulses, request.grid.plane());
     let lanes = request.options.level.lanes() as f64;
     let errors = FitErrors::new(pulses, power)?;
+    let sample = Sample::draw(pulses, grid, request.grid.terrain());
     let choice = |shape: [usize; 2]| {
+        if has_own_spreadings(pulses, grid, shape, &sample, accuracy) {
+            return None;
+        }
         let reach_m = half_diagonal_m(grid, shape);
         let table = choose_table(
             pulses,
@@ -97,7 +101,8 @@ pub(super) fn choose_groups(
 
 /// The table and shape of groups whose pixels each go to their own bin that cost least among those that keep
 /// `accuracy`, and their cost in vector operations a pixel. `None` for antennas that do not look straight
-/// down, whose pattern changes from pixel to pixel, and where single precision does not carry ranges.
+/// down and for antennas far apart, whose weights change from pixel to pixel, and where single precision does not carry
+/// ranges.
 pub(super) fn choose_spread(
     request: &Request,
     power: &[f64],
@@ -113,6 +118,9 @@ pub(super) fn choose_spread(
     let sample = Sample::draw(pulses, grid, request.grid.terrain());
     let lanes = level.lanes() as f64;
     let choice = |(table, shape): (TableSpec, [usize; 2])| {
+        if has_own_spreadings(pulses, grid, shape, &sample, accuracy) {
+            return None;
+        }
         let spec = DirectSpec {
             groups: Some(GroupSpec {
                 shape,

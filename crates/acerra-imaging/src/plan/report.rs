@@ -65,7 +65,7 @@ pub enum Decision {
     /// Level planes below level ground: refracted delays are a function of distance for each pulse and plane, and so
     /// part of the range tables.
     LevelGround,
-    /// Transmitters and receivers apart, uneven ground or pixels at different depths: every pixel has rays of its own,
+    /// Patterns of antennas apart, these over ground, uneven ground or pixels at different depths: every pixel has rays of its own,
     /// in double precision.
     RaysOfPixels,
     /// The accuracy is below what single precision can keep.

@@ -13,7 +13,7 @@ use std::ops::Range;
 /// How echoes travel to pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Propagation {
-    /// There and back along a straight line.
+    /// There and back along straight lines.
     Straight,
     /// To level planes below level ground: for each pulse and plane a function of the distance.
     LevelGround,
@@ -85,12 +85,30 @@ impl<'a> Request<'a> {
 
     /// Bounds of the ranges from some pulses that imaging looks up: on the grids that `of` makes of the
     /// planes, or on the pixels themselves.
+    ///
+    /// Where transmitter and receiver are apart, a range is half the way there and back.
     pub fn ranges_m(
         &self,
         which: Range<usize>,
         of: impl Fn(&TiltedGrid) -> TiltedGrid,
     ) -> Vec<[f64; 2]> {
-        let position_m = &self.echoes.pulses.position_m()[which];
+        let mut of_antennas = (self.echoes.pulses.antenna_places_m())
+            .map(|places_m| self.ranges_from_m(&places_m[which.clone()], &of));
+        let mut ranges_m = of_antennas.next().unwrap_or_default();
+        for other_m in of_antennas {
+            for (range, other) in ranges_m.iter_mut().zip(other_m) {
+                *range = [0, 1].map(|bound| 0.5 * (range[bound] + other[bound]));
+            }
+        }
+        ranges_m
+    }
+
+    /// Bounds of the ranges from `position_m`.
+    fn ranges_from_m(
+        &self,
+        position_m: &[[f64; 3]],
+        of: impl Fn(&TiltedGrid) -> TiltedGrid,
+    ) -> Vec<[f64; 2]> {
         if let Some(span_m) = self.grid.span_m() {
             let grid = of(self.grid.plane());
             if grid == *self.grid.plane() {
@@ -152,7 +170,8 @@ impl<'a> Request<'a> {
         if pulses.is_plain() {
             return Propagation::Straight;
         }
-        if pulses.is_bistatic() {
+        // Patterns count along the ways of both antennas.
+        if pulses.is_bistatic() && self.options.incidence.is_some() {
             return Propagation::Any;
         }
         let is_above = |grid: &ImageGrid| {
@@ -164,6 +183,7 @@ impl<'a> Request<'a> {
         };
         let has_law = |grid: &ImageGrid| {
             grid.is_level()
+                && !pulses.is_bistatic()
                 && self.echoes.is_even()
                 && self.echoes.weights.tilt().is_none()
                 && pulses.ground().is_some_and(|g| g.level_m().is_some())
@@ -198,9 +218,11 @@ fn check_apart(
     options: &PlanOptions,
 ) -> Result<(), ImagingError> {
     if options.spreading == Spreading::InverseSquare {
-        for (pulse, p) in pulses.position_m().iter().enumerate() {
-            if let Some(point) = grid.pixel_at(*p) {
-                return Err(ImagingError::ZeroRange { pulse, point });
+        for places_m in pulses.antenna_places_m() {
+            for (pulse, p) in places_m.iter().enumerate() {
+                if let Some(point) = grid.pixel_at(*p) {
+                    return Err(ImagingError::ZeroRange { pulse, point });
+                }
             }
         }
     }

@@ -47,6 +47,17 @@ impl Sample {
         (sum / self.0.len() as f64).sqrt()
     }
 
+    /// Root mean square by which the spreading of two ways, S²/(R_t R_r) at the ranges R_t and R_r of mean S, may differ
+    /// `away_m` from where it is taken, in shares of it.
+    ///
+    /// With the antennas' half distance b and u along it from their middle, the spreading is 1/(1 − b²u²/S⁴), whose
+    /// gradient is at most about 2 b²/S³.
+    pub fn spreading_error(&self, half_apart_m: f64, away_m: f64) -> f64 {
+        let error = |s: &Sight| 2.0 * half_apart_m.powi(2) * away_m / s.range_m.powi(3);
+        let sum: f64 = self.0.iter().map(|s| error(s).powi(2)).sum();
+        (sum / self.0.len() as f64).sqrt()
+    }
+
     /// Share of the lines of sight that meet a condition.
     pub fn share(&self, f: impl Fn(&Sight) -> bool) -> f64 {
         self.0.iter().filter(|s| f(s)).count() as f64 / self.0.len() as f64

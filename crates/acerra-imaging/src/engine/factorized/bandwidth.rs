@@ -50,7 +50,7 @@ pub(crate) fn bandwidth_per_m(
                 for axes in &facet.axes[..facet.kinds] {
                     let of_centre = facet.slopes(axes, centre).map(|slope| carrier * slope);
                     for &m in &members {
-                        let slopes = facet.slopes(axes, pulses.position_m()[m]);
+                        let slopes = facet.way_slopes(axes, pulses, m);
                         for axis in 0..2 {
                             let [low, high] =
                                 [low, high].map(|f| f * slopes[axis] - of_centre[axis]);
@@ -122,6 +122,15 @@ impl Facet {
             }
         }
         facet
+    }
+
+    /// Changes along the axes of half the way from a pulse's transmitter to its receiver.
+    fn way_slopes(&self, axes: &[[f64; 3]; 2], pulses: &Pulses, pulse: usize) -> [f64; 2] {
+        if !pulses.is_bistatic() {
+            return self.slopes(axes, pulses.position_m()[pulse]);
+        }
+        let [there, back] = pulses.antennas_m(pulse).map(|a| self.slopes(axes, a));
+        [0, 1].map(|axis| 0.5 * (there[axis] + back[axis]))
     }
 
     /// Changes of the range from a place along the axes.

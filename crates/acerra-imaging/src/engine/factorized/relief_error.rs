@@ -143,14 +143,14 @@ impl Probe<'_> {
         let (grid, terrain) = (self.grid, self.terrain);
         let centre = centre_m(self.pulses, part.clone());
         let member = |k: usize| part.start + k * (part.len() - 1) / (PULSES - 1);
-        let antennas: [[f64; 3]; PULSES] =
-            std::array::from_fn(|k| self.pulses.position_m()[member(k)]);
+        let antennas: [[[f64; 3]; 2]; PULSES] =
+            std::array::from_fn(|k| self.pulses.antennas_m(member(k)));
         let [low, carrier, high] = self.band_hz;
         let scale = TAU * 2.0 / self.pulses.light_speed_m_s();
         let echoes = |point: [f64; 3]| -> [[Complex64; FREQUENCIES]; PULSES] {
             let of_centre = carrier * range_m(point, centre);
-            antennas.map(|antenna| {
-                let range = range_m(point, antenna);
+            antennas.map(|[sent, received]| {
+                let range = 0.5 * (range_m(point, sent) + range_m(point, received));
                 let step = scale * range * (high - low) / FREQUENCIES as f64;
                 let first = scale * (low * range - of_centre) + 0.5 * step;
                 let (mut echo, step) = (Complex64::cis(first), Complex64::cis(step));

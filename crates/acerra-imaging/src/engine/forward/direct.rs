@@ -10,10 +10,11 @@ use crate::engine::polynomials::{carrier_polynomials, even_polynomial};
 use crate::engine::tables::build::RangeTable;
 use crate::engine::weights::WeightedPulses;
 use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::job::PixelWeight;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::lanes::MAX_LANES;
 use crate::kernel::level::SimdLevel;
-use crate::kernel::spread::{RowTilt, SpreadRow, spread_row, step};
+use crate::kernel::spread::{RowTilt, RowWeight, SpreadRow, spread_row, step};
 use crate::kernel::spread_groups::MAX_TERMS;
 use crate::pulses::Spreading;
 use crate::vector::{dot, norm};
@@ -238,15 +239,15 @@ impl DirectForward {
         out: &mut [Complex64],
     ) {
         let (grid, real, imag) = (piece.grid, piece.real, piece.imag);
-        let antenna = echoes.pulses.position_m()[pulse];
         let start = grid.point_m(piece.column as f64, piece.row as f64);
+        let (from_antennas_m, antennas) = echoes.pulses.antennas_to_m(pulse, start);
         let pixel_m = norm(grid.u_m).max(1e-12);
         // Single precision carries ranges from a segment's centre to its ends.
         let carrier_rad = self.spec.table.carrier_rad(&echoes.pulses);
         let tolerance_bins = self.spec.phase_tolerance_rad / carrier_rad;
         let reach_bins = 32.0 * pixel_m / self.spec.table.bin_m * f64::from(f32::EPSILON);
         let job = SpreadRow {
-            from_antenna_m: std::array::from_fn(|a| start[a] - antenna[a]),
+            from_antennas_m: &from_antennas_m[..antennas],
             unit: grid.u_m.map(|u| u / pixel_m),
             pixel_m,
             real,
@@ -261,12 +262,15 @@ impl DirectForward {
             reference_below_m: self.reference_below_m(echoes),
             cosine: self.cosine,
             sine: self.sine,
-            tilt: echoes.weights.tilt().map(|tilt| {
-                let b = tilt.per_metre[pulse];
-                RowTilt {
-                    ratio: dot(std::array::from_fn(|a| start[a] - antenna[a]), b),
-                    slope: dot(grid.u_m, b),
-                    power: tilt.power,
+            weight: echoes.pixel_weight().map(|weight| match weight {
+                PixelWeight::Ways => RowWeight::Ways,
+                PixelWeight::Tilt(tilt) => {
+                    let b = tilt.per_metre[pulse];
+                    RowWeight::Tilt(RowTilt {
+                        ratio: dot(from_antennas_m[0], b),
+                        slope: dot(grid.u_m, b),
+                        power: tilt.power,
+                    })
                 }
             }),
         };

@@ -75,11 +75,12 @@ impl DirectForward {
     ) {
         let (image, shape) = (tile.image, tile.image.shape);
         let grid = &image.grid;
-        let antenna = echoes.pulses.position_m()[pulse];
         let pixel_m = [grid.u_m, grid.v_m].map(|v| norm(v).max(1e-12));
         let start = grid.point_m(0.0, (tile.strips.start * shape[1]) as f64);
+        let (from_antennas_m, antennas) = echoes.pulses.antennas_to_m(pulse, start);
         let geometry = StripGeometry {
-            from_antenna_m: std::array::from_fn(|a| start[a] - antenna[a]),
+            from_antennas_m: &from_antennas_m[..antennas],
+            two_spreadings: echoes.has_two_spreadings(),
             strips: tile.strips.len(),
             stride: image.stride(),
             unit: [

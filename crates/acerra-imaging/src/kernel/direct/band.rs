@@ -2,24 +2,27 @@
 
 use super::evaluator::Evaluator;
 use super::expansion::{Block, Paths, Setup, expand, parameter_rows};
-use super::job::{Band, CHUNK, Job, TILE, Tally, block_width, tile_rows, vectors_a_group};
+use super::job::{
+    Band, CHUNK, Job, PixelWeight, TILE, Tally, block_width, tile_rows, vectors_a_group,
+};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
 use crate::kernel::profile::DELAYS;
+use crate::kernel::two_ways::{mean, spreading};
 use num_complex::Complex32;
 
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`tile_rows`].
 ///
 /// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
-/// `CUBIC` adds the third order of the range within a vector, and `TILT` takes the antenna's pattern from the
-/// boresights of `job.tilt`.
+/// `CUBIC` adds the third order of the range within a vector, and `WEIGHTED` takes the weight of the pixels that
+/// `job.weight` then has.
 #[inline(always)]
 pub(crate) fn band<
     S: Lanes,
     const DEGREE: usize,
     const TERMS: usize,
     const CUBIC: bool,
-    const TILT: bool,
+    const WEIGHTED: bool,
 >(
     s: S,
     job: &Job,
@@ -27,7 +30,7 @@ pub(crate) fn band<
     out: &mut [Complex32],
 ) -> Tally {
     assert!(band.rows <= tile_rows(S::N) && out.len() == band.rows * band.columns);
-    assert!(job.table.degree == DEGREE && TILT == job.tilt.is_some());
+    assert!(job.table.degree == DEGREE && WEIGHTED == job.weight.is_some());
     let width = block_width(S::N);
     let (mut real, mut imag) = (Aligned([0f32; TILE]), Aligned([0f32; TILE]));
     let (real, imag) = (&mut real.0, &mut imag.0);
@@ -56,7 +59,9 @@ pub(crate) fn band<
                     pulses: first..first + count,
                 };
                 let sums = (&mut real[at.clone()], &mut imag[at]);
-                sum_block::<S, DEGREE, TERMS, CUBIC, TILT>(&block, &mut setup, sums, &mut tally);
+                sum_block::<S, DEGREE, TERMS, CUBIC, WEIGHTED>(
+                    &block, &mut setup, sums, &mut tally,
+                );
             }
             first += count;
         }
@@ -79,7 +84,7 @@ fn sum_block<
     const DEGREE: usize,
     const TERMS: usize,
     const CUBIC: bool,
-    const TILT: bool,
+    const WEIGHTED: bool,
 >(
     block: &Block<S>,
     setup: &mut Setup,
@@ -90,14 +95,14 @@ fn sum_block<
     let pair = vectors_a_group(n);
     let width = block_width(n);
     assert!(real.len() >= width && imag.len() >= width && block.groups <= n);
-    setup.measure::<S, TILT>(block);
-    let paths = expand::<S, CUBIC, TILT>(block, setup);
+    setup.measure::<S, WEIGHTED>(block);
+    let paths = expand::<S, CUBIC, WEIGHTED>(block, setup);
 
     let mut lane = [0f32; MAX_LANES];
     for (l, v) in lane.iter_mut().enumerate() {
         *v = l as f32 - 0.5 * (n - 1) as f32;
     }
-    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, TILT> {
+    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, WEIGHTED> {
         block,
         setup,
         paths: &paths,
@@ -137,7 +142,7 @@ struct BlockSum<
     const DEGREE: usize,
     const TERMS: usize,
     const CUBIC: bool,
-    const TILT: bool,
+    const WEIGHTED: bool,
 > {
     block: &'a Block<'a, S>,
     setup: &'a Setup,
@@ -149,8 +154,8 @@ struct BlockSum<
     evaluator: Evaluator<S, DEGREE, TERMS>,
 }
 
-impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const TILT: bool>
-    BlockSum<'_, S, DEGREE, TERMS, CUBIC, TILT>
+impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const WEIGHTED: bool>
+    BlockSum<'_, S, DEGREE, TERMS, CUBIC, WEIGHTED>
 {
     /// Sums from windows of group `k`, one pair of real and imaginary parts a vector.
     #[inline(always)]
@@ -160,7 +165,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         let shift = s.splat(0.5 * ((pair - 1) * n) as f32);
         let lanes_of = [s.sub(self.lanes, shift), s.add(self.lanes, shift)];
         let mut sums = [[s.splat(0.0); 2]; 2];
-        let row_length = parameter_rows(TILT) * n;
+        let row_length = parameter_rows(WEIGHTED) * n;
         // SAFETY: the first `windowed` parameter sets were written, k < N; windows were checked to lie
         // within their pulse's rows.
         unsafe {
@@ -189,11 +194,12 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         sums
     }
 
-    /// The antenna's pattern beside that of one that looks straight down, where the cosines have a ratio.
+    /// The weight of pixels at which it, or the ratio of cosines on which it depends, is `given`.
     #[inline(always)]
-    fn weight(&self, ratio: impl FnOnce() -> S::V) -> Option<S::V> {
-        match &self.block.job.tilt {
-            Some(tilt) if TILT => Some(tilt.power.of(self.block.s, ratio())),
+    fn weight(&self, given: impl FnOnce() -> S::V) -> Option<S::V> {
+        match &self.block.job.weight {
+            Some(PixelWeight::Tilt(tilt)) if WEIGHTED => Some(tilt.power.of(self.block.s, given())),
+            Some(PixelWeight::Ways) if WEIGHTED => Some(given()),
             _ => None,
         }
     }
@@ -201,20 +207,27 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
     /// Adds the pulses that gather to the sums of a vector.
     #[inline(always)]
     fn gathers(&self, vector: usize, sums: &mut [S::V; 2]) {
-        let (s, table) = (self.block.s, &self.block.job.table);
-        let tiny = s.splat(1e-30);
+        let (s, job) = (self.block.s, self.block.job);
+        let table = &job.table;
         let bins = s.splat((1.0 / table.bin_m) as f32);
         for &m in self.paths.gathered() {
             let m = usize::from(m);
             let origin = self.origin(m, vector);
-            let (along0, range0) = (s.splat(origin.along_m), s.splat(origin.range_m));
-            let offset = origin.offset_m;
-            let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
-            let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
-            let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
+            let sent = origin.exact(s, 0);
+            let (mut difference, mut received) = (sent.difference_m, sent);
+            if job.antennas_m.len() > 1 {
+                received = origin.exact(s, 1);
+                difference = mean(s, difference, received.difference_m);
+            }
             let t = s.mul_add(difference, bins, s.splat(origin.fraction));
             let slope = s.splat(self.setup.ratio_slope[m]);
-            let weight = self.weight(|| s.mul_add(offset, slope, s.splat(origin.ratio)));
+            let weight = self.weight(
+                #[inline(always)]
+                || match &job.weight {
+                    Some(PixelWeight::Ways) => spreading(s, sent.range_m, received.range_m),
+                    _ => s.mul_add(origin.offset_m, slope, s.splat(origin.ratio)),
+                },
+            );
             // SAFETY: the rounded index, counted from the start of the pulse's row, is clamped into
             // the row.
             unsafe {
@@ -239,8 +252,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         let middle = (vector * n) as f32 + 0.5 * (n - 1) as f32 - 0.5 * (block_width(n) - 1) as f32;
         if job.near_centre {
             return Origin {
-                range_m: setup.range_m[m],
-                along_m: setup.along_m[m],
+                range_m: setup.range_m.map(|of_antenna| of_antenna[m]),
+                along_m: setup.along_m.map(|of_antenna| of_antenna[m]),
                 whole: setup.whole[m],
                 fraction: setup.fraction[m],
                 offset_m: s.mul(s.add(self.lanes, s.splat(middle)), pixel),
@@ -249,17 +262,23 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         }
         let ([x, y, z], unit) = (block.centre_m(), block.unit());
         let (along, pulse) = (f64::from(middle) * job.pixel_m, block.pulses.start + m);
-        let (dx, dy, dz) = (
-            x + along * unit[0] - job.antenna_m[0][pulse],
-            y + along * unit[1] - job.antenna_m[1][pulse],
-            z + along * unit[2] - job.antenna_m[2][pulse],
-        );
-        let range = (dx * dx + dy * dy + dz * dz).sqrt();
-        let t = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
+        let ([mut range_m, mut along_m], mut mean) = ([[0f32; 2]; 2], 0.0);
+        for (k, antenna_m) in job.antennas_m.iter().enumerate() {
+            let (dx, dy, dz) = (
+                x + along * unit[0] - antenna_m[0][pulse],
+                y + along * unit[1] - antenna_m[1][pulse],
+                z + along * unit[2] - antenna_m[2][pulse],
+            );
+            let range = (dx * dx + dy * dy + dz * dz).sqrt();
+            mean += range / job.antennas_m.len() as f64;
+            range_m[k] = range as f32;
+            along_m[k] = (dx * unit[0] + dy * unit[1] + dz * unit[2]) as f32;
+        }
+        let t = mean * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
         let whole = t as i32;
         Origin {
-            range_m: range as f32,
-            along_m: (dx * unit[0] + dy * unit[1] + dz * unit[2]) as f32,
+            range_m,
+            along_m,
             whole,
             fraction: (t - f64::from(whole)) as f32,
             offset_m: s.mul(self.lanes, pixel),
@@ -268,17 +287,40 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
     }
 }
 
-/// A point near a vector, seen from an antenna, and the vector's pixels seen from it.
+/// A point near a vector, seen from the antennas of a pulse, and the vector's pixels seen from it.
 struct Origin<S: Lanes> {
-    range_m: f32,
-    along_m: f32,
-    /// The range in bins: whole bins past the pulse's entry 0, and the rest.
+    range_m: [f32; 2],
+    along_m: [f32; 2],
+    /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
     whole: i32,
     fraction: f32,
     /// Offsets of the pixels along the row, m.
     offset_m: S::V,
     /// Ratio of the cosines from boresight and vertical there.
     ratio: f32,
+}
+
+/// Ranges of a vector's pixels from an antenna, and how much longer than that of their origin they are, m.
+#[derive(Clone, Copy)]
+struct Exact<S: Lanes> {
+    range_m: S::V,
+    difference_m: S::V,
+}
+
+impl<S: Lanes> Origin<S> {
+    #[inline(always)]
+    fn exact(&self, s: S, antenna: usize) -> Exact<S> {
+        let along0 = s.splat(self.along_m[antenna]);
+        let range0 = s.splat(self.range_m[antenna]);
+        let offset = self.offset_m;
+        let square_difference = s.mul(offset, s.add(s.add(along0, offset), along0));
+        let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
+        let range_m = s.sqrt(square);
+        Exact {
+            range_m,
+            difference_m: s.div(square_difference, s.add(range_m, range0)),
+        }
+    }
 }
 
 /// Adds the pulses next to a block in double precision.

@@ -54,12 +54,18 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
     }
 
     /// Adds the contribution at `t` bins past a window of 2N entries, from which each lane picks its
-    /// own inside registers.
+    /// own inside registers, times `weight` where there is one.
     ///
     /// # Safety
     /// 2N entries must be readable at `window` and at every coefficient row after it.
     #[inline(always)]
-    pub unsafe fn windowed2(&self, window: *const f32, t: S::V, sum: &mut [S::V; 2]) {
+    pub unsafe fn windowed2(
+        &self,
+        window: *const f32,
+        t: S::V,
+        weight: Option<S::V>,
+        sum: &mut [S::V; 2],
+    ) {
         let s = self.s;
         let i = s.add(t, self.rounding);
         let delta = s.sub(t, s.sub(i, self.rounding));
@@ -71,7 +77,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
                 let at = window.add(row * self.stride);
                 s.pick2([s.load(at), s.load(at.add(S::N))], i)
             },
-            None,
+            weight,
             sum,
         );
     }

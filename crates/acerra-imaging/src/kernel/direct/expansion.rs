@@ -1,17 +1,18 @@
 //! Expansion of the range over the groups of a block, and the choice of how each is read.
 
-use super::job::{Band, CHUNK, Job, block_width, vectors_a_group};
+use super::job::{Band, CHUNK, Job, PixelWeight, block_width, vectors_a_group};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use crate::kernel::two_ways::{lesser, mean, spreading};
 use crate::vector::dot;
 use std::ops::Range;
 
-/// Rows of parameters of a pulse: with antennas that look straight down the first eight.
+/// Rows of parameters of a pulse: without a weight of the pixels the first eight.
 const MOST_ROWS: usize = 10;
 
-/// Rows of parameters that a pulse takes, with antennas that look straight down or not.
-pub(super) const fn parameter_rows(tilt: bool) -> usize {
-    if tilt { MOST_ROWS } else { 8 }
+/// Rows of parameters that a pulse takes, with a weight of the pixels or without.
+pub(super) const fn parameter_rows(weighted: bool) -> usize {
+    if weighted { MOST_ROWS } else { 8 }
 }
 
 /// Pulses of a chunk and the pixels of one block.
@@ -50,17 +51,17 @@ pub(super) struct Setup {
     /// Of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: range at its
     /// middle in bins past `whole`, the first, second and third power's coefficients a pixel, and for
     /// either vector the whole bins from `whole` to its window and the bits of the integer at which
-    /// that window starts in the chunk's table; with tilted antennas also the ratio of the cosines at the
-    /// group's middle and its change a pixel.
+    /// that window starts in the chunk's table; with a weight of the pixels also that weight, or the ratio of cosines
+    /// on which it depends, at the group's middle and its change a pixel.
     pub windowed: Aligned<{ CHUNK * MOST_ROWS * MAX_LANES }>,
-    /// Range and along-row offset of the block's centre from each antenna, m.
-    pub range_m: [f32; CHUNK],
-    pub along_m: [f32; CHUNK],
+    /// Range and along-row offset of the block's centre from each antenna of each pulse, m.
+    pub range_m: [[f32; CHUNK]; 2],
+    pub along_m: [[f32; CHUNK]; 2],
     /// Ratio of the cosines from boresight and vertical at the block's centre, and its change along the
     /// row, 1/m.
     pub ratio: [f32; CHUNK],
     pub ratio_slope: [f32; CHUNK],
-    /// That range in bins: whole bins past the pulse's entry 0, and the rest.
+    /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
     pub fraction: [f32; CHUNK],
     pub whole: [i32; CHUNK],
 }
@@ -69,8 +70,8 @@ impl Setup {
     pub fn new() -> Self {
         Self {
             windowed: Aligned([0.0; CHUNK * MOST_ROWS * MAX_LANES]),
-            range_m: [0.0; CHUNK],
-            along_m: [0.0; CHUNK],
+            range_m: [[0.0; CHUNK]; 2],
+            along_m: [[0.0; CHUNK]; 2],
             ratio: [0.0; CHUNK],
             ratio_slope: [0.0; CHUNK],
             fraction: [0.0; CHUNK],
@@ -80,31 +81,48 @@ impl Setup {
 
     /// Ranges from every antenna to the block's centre, in double precision.
     #[inline(always)]
-    pub fn measure<S: Lanes, const TILT: bool>(&mut self, block: &Block<S>) {
+    pub fn measure<S: Lanes, const WEIGHTED: bool>(&mut self, block: &Block<S>) {
         let ([x, y, z], unit, job) = (block.centre_m(), block.unit(), block.job);
         let inverse_bin = 1.0 / job.table.bin_m;
-        let px = &job.antenna_m[0][block.pulses.clone()];
-        let py = &job.antenna_m[1][block.pulses.clone()];
-        let pz = &job.antenna_m[2][block.pulses.clone()];
         let start = &job.table.first_bin[block.pulses.clone()];
+        let share = 1.0 / job.antennas_m.len() as f64;
+        let mut mean = [0f64; CHUNK];
+        let seen = self.range_m.iter_mut().zip(&mut self.along_m);
+        for (antenna_m, (ranges, alongs)) in job.antennas_m.iter().zip(seen) {
+            let px = &antenna_m[0][block.pulses.clone()];
+            let py = &antenna_m[1][block.pulses.clone()];
+            let pz = &antenna_m[2][block.pulses.clone()];
+            for m in 0..block.pulses.len() {
+                let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
+                let range = (dx * dx + dy * dy + dz * dz).sqrt();
+                let along = dx * unit[0] + dy * unit[1] + dz * unit[2];
+                mean[m] += share * range;
+                ranges[m] = range as f32;
+                alongs[m] = along as f32;
+                if WEIGHTED && let Some(PixelWeight::Tilt(tilt)) = &job.weight {
+                    let b = tilt.per_metre[block.pulses.start + m];
+                    self.ratio[m] = (dx * b[0] + dy * b[1] + dz * b[2]) as f32;
+                    self.ratio_slope[m] = dot(unit, b) as f32;
+                }
+            }
+        }
         for m in 0..block.pulses.len() {
-            let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
-            let range = (dx * dx + dy * dy + dz * dz).sqrt();
-            let along = dx * unit[0] + dy * unit[1] + dz * unit[2];
-            let t = range * inverse_bin - start[m];
+            let t = mean[m] * inverse_bin - start[m];
             #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
             // SAFETY: the bounds keep it within an i32, and replace NaN.
             let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
-            self.range_m[m] = range as f32;
-            self.along_m[m] = along as f32;
-            if TILT && let Some(tilt) = &job.tilt {
-                let b = tilt.per_metre[block.pulses.start + m];
-                self.ratio[m] = (dx * b[0] + dy * b[1] + dz * b[2]) as f32;
-                self.ratio_slope[m] = dot(unit, b) as f32;
-            }
             self.whole[m] = whole;
             self.fraction[m] = (t - f64::from(whole)) as f32;
         }
+    }
+
+    /// Range of the block's centre from the nearest of a pulse's antennas, m.
+    #[inline(always)]
+    fn nearest_m(&self, m: usize, antennas: usize) -> f32 {
+        let ranges_m = &self.range_m[..antennas];
+        ranges_m
+            .iter()
+            .fold(f32::INFINITY, |nearest, r| nearest.min(r[m]))
     }
 }
 
@@ -176,8 +194,9 @@ impl<S: Lanes> Groups<S> {
 }
 
 /// The range over each group, one lane a group.
+#[derive(Clone, Copy)]
 struct Expansion<S: Lanes> {
-    /// At the middle, m, and in bins past the whole bins of the block's centre.
+    /// At the middle, m (the nearer of two antennas), and in bins past the whole bins of the block's centre.
     range_m: S::V,
     t: S::V,
     /// Coefficients of the powers of the pixel, bins.
@@ -192,13 +211,18 @@ struct Expansion<S: Lanes> {
 
 impl<S: Lanes> Expansion<S> {
     #[inline(always)]
-    fn of<const CUBIC: bool>(s: S, groups: &Groups<S>, setup: &Setup, m: usize) -> Self {
+    fn of<const CUBIC: bool>(
+        s: S,
+        groups: &Groups<S>,
+        setup: &Setup,
+        (antenna, m): (usize, usize),
+    ) -> Self {
         let (pixel, bins) = (groups.pixel, groups.bins);
         let (one, tiny) = (s.splat(1.0), s.splat(1e-30));
         let (half, half_vector) = (Groups::<S>::HALF, Groups::<S>::HALF_VECTOR);
         let per_pixel = s.splat(pixel * bins);
-        let range0 = s.splat(setup.range_m[m]);
-        let along0 = s.splat(setup.along_m[m]);
+        let range0 = s.splat(setup.range_m[antenna][m]);
+        let along0 = s.splat(setup.along_m[antenna][m]);
         let along = s.add(along0, groups.along_m);
         let square_difference = s.mul(groups.along_m, s.add(along, along0));
         let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
@@ -242,6 +266,33 @@ impl<S: Lanes> Expansion<S> {
             truncation_error,
             reach: s.mul(steepest, s.splat(half_vector)),
         }
+    }
+
+    /// Half the way there and back, from those of its parts.
+    #[inline(always)]
+    fn mean(self, s: S, other: Self) -> Self {
+        Self {
+            range_m: lesser(s, self.range_m, other.range_m),
+            t: mean(s, self.t, other.t),
+            first: mean(s, self.first, other.first),
+            second: mean(s, self.second, other.second),
+            third: mean(s, self.third, other.third),
+            truncation_error: mean(s, self.truncation_error, other.truncation_error),
+            reach: mean(s, self.reach, other.reach),
+        }
+    }
+
+    /// The spreading of two ways beside that of their mean, S²/(R_t R_r), at the middle of each group and its change a
+    /// pixel.
+    #[inline(always)]
+    fn spreading(&self, s: S, other: &Self, bins: f32) -> [S::V; 2] {
+        let (a, b) = (self.range_m, other.range_m);
+        let twice = s.add(a, b);
+        let weight = spreading(s, a, b);
+        let of_mean = s.div(s.mul(s.splat(2.0), s.add(self.first, other.first)), twice);
+        let of_ways = s.add(s.div(self.first, a), s.div(other.first, b));
+        let change = s.mul(s.sub(of_mean, of_ways), s.splat(1.0 / bins));
+        [weight, s.mul(weight, change)]
     }
 
     /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
@@ -295,9 +346,21 @@ impl<S: Lanes> Expansion<S> {
     }
 }
 
-/// Expands the ranges of all pulses of a chunk and decides how each is read.
+/// Expands the ranges of all pulses of a chunk and decides how each is read: a function that all degrees of tables
+/// share.
+#[inline(never)]
+pub(super) fn expand<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
+    block: &Block<S>,
+    setup: &mut Setup,
+) -> Paths {
+    block.s.vectorize(
+        #[inline(always)]
+        |_| expand_here::<S, CUBIC, WEIGHTED>(block, setup),
+    )
+}
+
 #[inline(always)]
-pub(super) fn expand<S: Lanes, const CUBIC: bool, const TILT: bool>(
+fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
     block: &Block<S>,
     setup: &mut Setup,
 ) -> Paths {
@@ -317,11 +380,17 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const TILT: bool>(
         references: 0,
     };
     for m in 0..block.pulses.len() {
-        if !job.windows && setup.range_m[m] - half_block > job.reference_below_m as f32 {
+        let nearest_m = setup.nearest_m(m, job.antennas_m.len());
+        if !job.windows && nearest_m - half_block > job.reference_below_m as f32 {
             paths.gather(m);
             continue;
         }
-        let expansion = Expansion::of::<CUBIC>(s, &groups, setup, m);
+        let sent = Expansion::of::<CUBIC>(s, &groups, setup, (0, m));
+        let (mut expansion, mut received) = (sent, sent);
+        if job.antennas_m.len() > 1 {
+            received = Expansion::of::<CUBIC>(s, &groups, setup, (1, m));
+            expansion = sent.mean(s, received);
+        }
         if !s.all_le(groups.near_m, expansion.range_m) {
             paths.reference[paths.references] = m as u8;
             paths.references += 1;
@@ -343,18 +412,23 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const TILT: bool>(
             paths.gather(m);
             continue;
         }
-        let length = parameter_rows(TILT) * n;
+        let length = parameter_rows(WEIGHTED) * n;
         let rows = &mut setup.windowed.0[paths.windowed * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
         expansion.store::<CUBIC>(s, windows, start, rows);
-        if TILT {
-            let slope = s.splat(setup.ratio_slope[m]);
-            let ratio = s.mul_add(groups.along_m, slope, s.splat(setup.ratio[m]));
+        if WEIGHTED {
+            let [weight, change] = if let Some(PixelWeight::Ways) = job.weight {
+                sent.spreading(s, &received, groups.bins)
+            } else {
+                let slope = s.splat(setup.ratio_slope[m]);
+                let ratio = s.mul_add(groups.along_m, slope, s.splat(setup.ratio[m]));
+                [ratio, s.mul(slope, s.splat(groups.pixel))]
+            };
             // SAFETY: `rows` holds ten rows of N numbers.
             unsafe {
                 let at = rows.as_mut_ptr();
-                s.store(at.add(8 * n), ratio);
-                s.store(at.add(9 * n), s.mul(slope, s.splat(groups.pixel)));
+                s.store(at.add(8 * n), weight);
+                s.store(at.add(9 * n), change);
             }
         }
         paths.windowed += 1;

@@ -13,8 +13,9 @@ pub(super) const TILE: usize = 2048;
 
 /// Everything that the blocks of a run share.
 pub(crate) struct Job<'a> {
-    /// Antenna positions, one array an axis, m.
-    pub antenna_m: [&'a [f64]; 3],
+    /// Places of the antennas, one array an axis, m: of transmitters and receivers where these are apart, and a range
+    /// is then the mean of both.
+    pub antennas_m: &'a [[Vec<f64>; 3]],
     pub table: TableView<'a>,
     /// Pulses summed.
     pub pulses: Range<usize>,
@@ -32,10 +33,20 @@ pub(crate) struct Job<'a> {
     pub windows: bool,
     /// Ranges below this are summed in double precision, m; zero where no spreading is folded in.
     pub reference_below_m: f64,
-    /// Antennas that do not look straight down; none where all do, or no pattern is asked for.
-    pub tilt: Option<TiltView<'a>>,
+    /// The weight that tables do not hold, if any.
+    pub weight: Option<PixelWeight<'a>>,
     pub reference: &'a dyn ReferenceContribution,
     pub control: Control<'a>,
+}
+
+/// A weight that changes from pixel to pixel.
+#[derive(Clone, Copy)]
+pub(crate) enum PixelWeight<'a> {
+    /// The pattern of antennas that do not look straight down.
+    Tilt(TiltView<'a>),
+    /// The spreading of two ways, S²/(R_t R_r) at the ranges R_t and R_r from antennas apart, whose mean is S: tables
+    /// hold 1/S².
+    Ways,
 }
 
 /// The antenna's pattern as the kernel reads it. Tables hold cosⁿ of the angle from the vertical; over a level

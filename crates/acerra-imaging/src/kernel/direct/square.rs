@@ -5,13 +5,14 @@
 //! square is a polynomial in both directions about its middle.
 
 use super::evaluator::Evaluator;
-use super::job::{Band, CHUNK, GROUP, Job, SIDE, TILE, Tally, square_rows};
-use super::square_expansion::{Frame, Origin, SquareBlock, SquarePaths, SquareSetup, expand};
+use super::job::{Band, CHUNK, GROUP, Job, PixelWeight, SIDE, TILE, Tally, square_rows};
+use super::square_expansion::{Frame, Origin, Seen, SquareBlock, SquarePaths, SquareSetup, expand};
 use super::square_ground::SquareGround;
 use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
 use crate::kernel::profile::DELAYS;
+use crate::kernel::two_ways::{mean, spreading};
 use num_complex::Complex32;
 use std::ops::Range;
 
@@ -39,7 +40,8 @@ pub(crate) fn square_band<
     out: &mut [Complex32],
 ) -> Tally {
     assert!(band.rows <= square_rows(S::N) && out.len() == band.rows * band.columns);
-    assert!(job.table.degree == DEGREE && job.tilt.is_none() && relief.is_some() == RELIEF);
+    assert!(job.table.degree == DEGREE && relief.is_some() == RELIEF);
+    assert!(!matches!(job.weight, Some(PixelWeight::Tilt(_))));
     // Windows hold bins side by side.
     assert!(!(job.windows && job.table.interleaved));
     let width = SIDE * S::N;
@@ -246,6 +248,7 @@ impl<
         let row_length = SquareSetup::rows(RELIEF) * n;
         let beside = self.block.ground.beside_m[k].as_ptr();
         let rows = self.setup.windowed.0.as_ptr();
+        let is_weighted = self.block.job.weight.is_some();
         // SAFETY: the caller vouches for the slots; windows were checked to lie within their pulse's rows.
         unsafe {
             let mut at = rows.add(slots.start * row_length + k);
@@ -280,10 +283,14 @@ impl<
                     }
                     let start = (*at.add((7 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
+                    let weight = match is_weighted {
+                        true => Some(term(SquareSetup::weight_row(RELIEF))),
+                        false => None,
+                    };
                     if TWO {
-                        self.evaluator.windowed2(window, t, sums);
+                        self.evaluator.windowed2(window, t, weight, sums);
                     } else {
-                        self.evaluator.windowed(window, t, None, sums);
+                        self.evaluator.windowed(window, t, weight, sums);
                     }
                 }
                 at = at.wrapping_add(row_length);
@@ -296,35 +303,38 @@ impl<
     fn gathers(&self, k: usize, sums: &mut [[S::V; 2]; 2]) {
         let (s, block, lanes) = (self.block.s, self.block, self.lanes);
         let table = &block.job.table;
-        let tiny = s.splat(1e-30);
         let bins = s.splat((1.0 / table.bin_m) as f32);
         let frame = &self.setup.frame;
         let pixel = frame.pixel_m.map(|p| s.splat(p as f32));
-        let skew = s.splat(2.0 * frame.skew as f32);
         let ground = block.ground;
         let [su, sv] = ground.slope.map(|slope| s.splat(slope[k]));
+        let is_apart = block.job.antennas_m.len() > 1;
+        let is_weighted = block.job.weight.is_some();
         for &m in self.paths.gathered() {
             let m = usize::from(m);
             // From the middle of the group, in double precision: squares of coarse pixels are large.
             let origin = Origin::of(block, frame, k, m);
-            let range0 = s.splat(origin.range_m);
             for (side, sums) in sums.iter_mut().enumerate().take(GROUP / S::N) {
                 let (i, j) = (
                     s.mul(lanes.along[side], pixel[0]),
                     s.mul(lanes.across[side], pixel[1]),
                 );
-                let along = s.add(i, s.splat(2.0 * origin.along_m));
-                let across = s.mul_add(skew, i, s.add(j, s.splat(2.0 * origin.across_m)));
-                let mut square_difference = s.mul_add(i, along, s.mul(j, across));
+                let mut height = s.splat(0.0);
                 if RELIEF {
                     // SAFETY: a group has as many numbers as its vectors together.
                     let beside = unsafe { s.load(ground.beside_m[k].as_ptr().add(side * S::N)) };
-                    let height = s.mul_add(i, su, s.mul_add(j, sv, beside));
-                    let up = s.add(height, s.splat(2.0 * origin.up_m));
-                    square_difference = s.mul_add(height, up, square_difference);
+                    height = s.mul_add(i, su, s.mul_add(j, sv, beside));
                 }
-                let square = s.max(s.mul_add(range0, range0, square_difference), tiny);
-                let difference = s.div(square_difference, s.add(s.sqrt(square), range0));
+                let offset = [i, j, height];
+                let [sent, mut difference] = self.exact(&origin.from[0], offset);
+                let mut weight = None;
+                if is_apart {
+                    let [received, of_received] = self.exact(&origin.from[1], offset);
+                    difference = mean(s, difference, of_received);
+                    if is_weighted {
+                        weight = Some(spreading(s, sent, received));
+                    }
+                }
                 let t = s.mul_add(difference, bins, s.splat(origin.fraction));
                 let lowest = s.splat(-(origin.whole as f32));
                 let highest = s.splat((table.stride as i32 - 1 - origin.whole) as f32);
@@ -333,10 +343,29 @@ impl<
                 unsafe {
                     let row = self.chunk_table.as_ptr().add(m * table.pulse_stride);
                     self.evaluator
-                        .gathered(row, origin.whole, t, (lowest, highest), None, sums);
+                        .gathered(row, origin.whole, t, (lowest, highest), weight, sums);
                 }
             }
         }
+    }
+
+    /// Ranges of pixels from an antenna, and how much longer than that of their group's middle they are, m; pixels are
+    /// at `offset` from the middle, along the row, across, and in height.
+    #[inline(always)]
+    fn exact(&self, seen: &Seen, [i, j, height]: [S::V; 3]) -> [S::V; 2] {
+        let s = self.block.s;
+        let skew = s.splat(2.0 * self.setup.frame.skew as f32);
+        let range0 = s.splat(seen.range_m);
+        let along = s.add(i, s.splat(2.0 * seen.along_m));
+        let across = s.mul_add(skew, i, s.add(j, s.splat(2.0 * seen.across_m)));
+        let mut square_difference = s.mul_add(i, along, s.mul(j, across));
+        if RELIEF {
+            let up = s.add(height, s.splat(2.0 * seen.up_m));
+            square_difference = s.mul_add(height, up, square_difference);
+        }
+        let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
+        let range = s.sqrt(square);
+        [range, s.div(square_difference, s.add(range, range0))]
     }
 }
 

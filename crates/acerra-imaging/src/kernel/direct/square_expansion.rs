@@ -1,9 +1,10 @@
 //! Expansion of the range over squares of pixels, and the choice of how each pulse is read.
 
-use super::job::{Band, CHUNK, GROUP, HALF, Job, SIDE};
+use super::job::{Band, CHUNK, GROUP, HALF, Job, PixelWeight, SIDE};
 use super::square_ground::SquareGround;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
+use crate::kernel::two_ways::{half_sum, lesser, spreading};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
@@ -59,15 +60,21 @@ impl<S: Lanes> SquareBlock<'_, S> {
     }
 }
 
-/// The middle of a group as an antenna sees it.
-pub(super) struct Origin {
+/// A point as an antenna sees it.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Seen {
     pub range_m: f32,
     /// Along the row and across, m.
     pub along_m: f32,
     pub across_m: f32,
     /// Above the antenna, m.
     pub up_m: f32,
-    /// The range in bins: whole bins past the pulse's entry 0, and the rest.
+}
+
+/// The middle of a group as the antennas of a pulse see it.
+pub(super) struct Origin {
+    pub from: [Seen; 2],
+    /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
     pub whole: i32,
     pub fraction: f32,
 }
@@ -80,15 +87,22 @@ impl Origin {
         let up_m = block.ground.middle_m + f64::from(block.ground.plane_m[k]);
         let (point, job) = (block.point_m(along, f64::from(HALF), up_m), block.job);
         let pulse = block.pulses.start + m;
-        let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - job.antenna_m[axis][pulse]);
-        let range = norm(d);
-        let bins = range * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
+        let (mut from, mut mean) = ([Seen::default(); 2], 0.0);
+        for (seen, antenna_m) in from.iter_mut().zip(job.antennas_m) {
+            let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - antenna_m[axis][pulse]);
+            let range = norm(d);
+            mean += range / job.antennas_m.len() as f64;
+            *seen = Seen {
+                range_m: range as f32,
+                along_m: dot(d, frame.unit[0]) as f32,
+                across_m: dot(d, frame.unit[1]) as f32,
+                up_m: d[2] as f32,
+            };
+        }
+        let bins = mean * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
         let (whole, fraction) = whole_and_rest(bins);
         Self {
-            range_m: range as f32,
-            along_m: dot(d, frame.unit[0]) as f32,
-            across_m: dot(d, frame.unit[1]) as f32,
-            up_m: d[2] as f32,
+            from,
             whole,
             fraction,
         }
@@ -111,35 +125,34 @@ pub(super) struct SquareSetup {
     /// across; one over the range in bins; and for either vector the range at the group's middle in bins
     /// past that vector's window, and the bits of the integer at which the window starts in the chunk's
     /// table; over uneven ground also the change of the range with height (bins a metre), that of its slopes
-    /// along the row and across, and half its second derivative with height. Pulses of narrow windows are stored from
-    /// the front on, those of wide ones from the back.
+    /// along the row and across, and half its second derivative with height; last the weight of the group, where
+    /// pixels have one. Pulses of narrow windows are stored from the front on, those of wide ones from the back.
     pub windowed: Aligned<{ CHUNK * Self::MOST_ROWS * MAX_LANES }>,
     pub frame: Frame,
-    /// Middle of the block from each antenna.
-    range_m: [f32; CHUNK],
-    along_m: [f32; CHUNK],
-    across_m: [f32; CHUNK],
-    up_m: [f32; CHUNK],
+    /// Middle of the block from each antenna of each pulse, and the mean range in bins.
+    from: [[Seen; CHUNK]; 2],
     fraction: [f32; CHUNK],
     whole: [i32; CHUNK],
 }
 
 impl SquareSetup {
-    const MOST_ROWS: usize = 14;
+    const MOST_ROWS: usize = 15;
 
     /// Rows of parameters of a pulse.
     pub const fn rows(relief: bool) -> usize {
-        if relief { Self::MOST_ROWS } else { 10 }
+        Self::weight_row(relief) + 1
+    }
+
+    /// The row of the weights.
+    pub const fn weight_row(relief: bool) -> usize {
+        if relief { Self::MOST_ROWS - 1 } else { 10 }
     }
 
     pub fn new(band: &Band) -> Self {
         Self {
             windowed: Aligned([0.0; CHUNK * Self::MOST_ROWS * MAX_LANES]),
             frame: Frame::of(band),
-            range_m: [0.0; CHUNK],
-            along_m: [0.0; CHUNK],
-            across_m: [0.0; CHUNK],
-            up_m: [0.0; CHUNK],
+            from: [[Seen::default(); CHUNK]; 2],
             fraction: [0.0; CHUNK],
             whole: [0; CHUNK],
         }
@@ -152,18 +165,27 @@ impl SquareSetup {
         let middle = block.point_m(along, f64::from(HALF), block.ground.middle_m);
         let ([x, y, z], job) = (middle, block.job);
         let ([u, v], inverse_bin) = (self.frame.unit, 1.0 / job.table.bin_m);
-        let px = &job.antenna_m[0][block.pulses.clone()];
-        let py = &job.antenna_m[1][block.pulses.clone()];
-        let pz = &job.antenna_m[2][block.pulses.clone()];
         let start = &job.table.first_bin[block.pulses.clone()];
+        let share = 1.0 / job.antennas_m.len() as f64;
+        let mut mean = [0f64; CHUNK];
+        for (from, antenna_m) in self.from.iter_mut().zip(job.antennas_m) {
+            let px = &antenna_m[0][block.pulses.clone()];
+            let py = &antenna_m[1][block.pulses.clone()];
+            let pz = &antenna_m[2][block.pulses.clone()];
+            for m in 0..block.pulses.len() {
+                let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
+                let range = (dx * dx + dy * dy + dz * dz).sqrt();
+                mean[m] += share * range;
+                from[m] = Seen {
+                    range_m: range as f32,
+                    along_m: (dx * u[0] + dy * u[1] + dz * u[2]) as f32,
+                    across_m: (dx * v[0] + dy * v[1] + dz * v[2]) as f32,
+                    up_m: dz as f32,
+                };
+            }
+        }
         for m in 0..block.pulses.len() {
-            let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
-            let range = (dx * dx + dy * dy + dz * dz).sqrt();
-            let (whole, fraction) = whole_and_rest(range * inverse_bin - start[m]);
-            self.range_m[m] = range as f32;
-            self.along_m[m] = (dx * u[0] + dy * u[1] + dz * u[2]) as f32;
-            self.across_m[m] = (dx * v[0] + dy * v[1] + dz * v[2]) as f32;
-            self.up_m[m] = dz as f32;
+            let (whole, fraction) = whole_and_rest(mean[m] * inverse_bin - start[m]);
             self.whole[m] = whole;
             self.fraction[m] = fraction;
         }
@@ -196,7 +218,9 @@ impl SquarePaths {
 }
 
 /// The range over each group, one lane a group, in bins and pixels.
+#[derive(Clone, Copy)]
 struct Expansion<S: Lanes> {
+    /// At the middle, m: the nearer of two antennas.
     range_m: S::V,
     /// At the middle, past the whole bins of the block's middle.
     t: S::V,
@@ -293,17 +317,18 @@ impl<S: Lanes> Expansion<S> {
         s: S,
         groups: &Groups<S>,
         setup: &SquareSetup,
-        m: usize,
+        (antenna, m): (usize, usize),
         bin_m: f64,
     ) -> Self {
         let frame = &setup.frame;
         let [pu, pv] = frame.pixel_m.map(|p| p as f32);
         let (skew, bins) = (frame.skew as f32, (1.0 / bin_m) as f32);
         let (one, zero, tiny) = (s.splat(1.0), s.splat(0.0), s.splat(1e-30));
-        let range0 = s.splat(setup.range_m[m]);
-        let (along0, up0) = (s.splat(setup.along_m[m]), s.splat(setup.up_m[m]));
+        let seen = &setup.from[antenna][m];
+        let range0 = s.splat(seen.range_m);
+        let (along0, up0) = (s.splat(seen.along_m), s.splat(seen.up_m));
         let along = s.add(along0, groups.along_m);
-        let across = s.mul_add(groups.along_m, s.splat(skew), s.splat(setup.across_m[m]));
+        let across = s.mul_add(groups.along_m, s.splat(skew), s.splat(seen.across_m));
         let up = s.add(up0, groups.plane_m);
         let mut square_difference = s.mul(groups.along_m, s.add(along, along0));
         if RELIEF {
@@ -377,6 +402,71 @@ impl<S: Lanes> Expansion<S> {
             third
         };
         expansion
+    }
+
+    /// Half the way there and back, from those of its parts.
+    ///
+    /// Of third order it has the product of the means, linear part times square part over range, for the mean of the
+    /// products: what that drops are the products of two half differences and a mean.
+    #[inline(always)]
+    fn mean<const CUBIC: bool>(self, s: S, other: Self, uneven_m: S::V) -> Self {
+        let mut mean = self.half_sum(s, &other, s.splat(1.0));
+        mean.range_m = lesser(s, self.range_m, other.range_m);
+        if CUBIC {
+            let apart = self.half_sum(s, &other, s.splat(-1.0));
+            let [linear, square] = mean.most(s, uneven_m);
+            let [linear_apart, square_apart] = apart.most(s, uneven_m);
+            let one = s.mul_add(linear, square_apart, s.mul(square, linear_apart));
+            let both = s.mul(linear_apart, square_apart);
+            let dropped = s.mul_add(
+                one,
+                s.abs(apart.inverse_bins),
+                s.mul(both, mean.inverse_bins),
+            );
+            mean.truncation_error = s.add(mean.truncation_error, dropped);
+        }
+        mean
+    }
+
+    /// Half of the sum of two, or of their difference where the other's `sign` is −1.
+    #[inline(always)]
+    fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
+        Self {
+            range_m: half_sum(s, sign, self.range_m, other.range_m),
+            t: half_sum(s, sign, self.t, other.t),
+            slope: [
+                half_sum(s, sign, self.slope[0], other.slope[0]),
+                half_sum(s, sign, self.slope[1], other.slope[1]),
+            ],
+            along_square: half_sum(s, sign, self.along_square, other.along_square),
+            product: half_sum(s, sign, self.product, other.product),
+            across_square: half_sum(s, sign, self.across_square, other.across_square),
+            inverse_bins: half_sum(s, sign, self.inverse_bins, other.inverse_bins),
+            truncation_error: half_sum(s, sign, self.truncation_error, other.truncation_error),
+            third: half_sum(s, sign, self.third, other.third),
+            uneven: half_sum(s, sign, self.uneven, other.uneven),
+            rise: half_sum(s, sign, self.rise, other.rise),
+            slope_change: [
+                half_sum(s, sign, self.slope_change[0], other.slope_change[0]),
+                half_sum(s, sign, self.slope_change[1], other.slope_change[1]),
+            ],
+            half_curvature: half_sum(s, sign, self.half_curvature, other.half_curvature),
+        }
+    }
+
+    /// Most of the linear and of the square part over a group whose heights depart by `uneven_m` from its plane, bins.
+    #[inline(always)]
+    fn most(&self, s: S, uneven_m: S::V) -> [S::V; 2] {
+        let half = s.splat(HALF);
+        let slopes = s.add(s.abs(self.slope[0]), s.abs(self.slope[1]));
+        let squares = s.add(s.abs(self.along_square), s.abs(self.product));
+        let squares = s.add(squares, s.abs(self.across_square));
+        let changes = s.add(s.abs(self.slope_change[0]), s.abs(self.slope_change[1]));
+        let of_height = s.mul_add(s.abs(self.half_curvature), uneven_m, s.mul(half, changes));
+        [
+            s.mul_add(uneven_m, s.abs(self.rise), s.mul(half, slopes)),
+            s.mul_add(uneven_m, of_height, s.mul(s.splat(HALF * HALF), squares)),
+        ]
     }
 
     /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
@@ -455,9 +545,21 @@ impl<S: Lanes> Expansion<S> {
     }
 }
 
-/// Expands the ranges of all pulses of a chunk and decides how each is read.
-#[inline(always)]
+/// Expands the ranges of all pulses of a chunk and decides how each is read: a function that all degrees of tables
+/// share.
+#[inline(never)]
 pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool>(
+    block: &SquareBlock<S>,
+    setup: &mut SquareSetup,
+) -> SquarePaths {
+    block.s.vectorize(
+        #[inline(always)]
+        |_| expand_here::<S, CUBIC, WIDE, RELIEF>(block, setup),
+    )
+}
+
+#[inline(always)]
+fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool>(
     block: &SquareBlock<S>,
     setup: &mut SquareSetup,
 ) -> SquarePaths {
@@ -478,7 +580,12 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF
         references: 0,
     };
     for m in 0..block.pulses.len() {
-        let expansion = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, m, table.bin_m);
+        let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);
+        let (mut expansion, mut received) = (sent, sent);
+        if job.antennas_m.len() > 1 {
+            received = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (1, m), table.bin_m);
+            expansion = sent.mean::<CUBIC>(s, received, groups.uneven_m);
+        }
         if !s.all_le(groups.near_m, expansion.range_m) {
             paths.reference[paths.references] = m as u8;
             paths.references += 1;
@@ -509,6 +616,13 @@ pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF
         let rows = &mut setup.windowed.0[slot * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
         expansion.store::<RELIEF>(s, windows, start, rows);
+        if let Some(PixelWeight::Ways) = job.weight {
+            let weight = spreading(s, sent.range_m, received.range_m);
+            let row = &mut rows[SquareSetup::weight_row(RELIEF) * n..];
+            assert!(row.len() >= n);
+            // SAFETY: the row holds N numbers.
+            unsafe { s.store(row.as_mut_ptr(), weight) };
+        }
     }
     paths
 }

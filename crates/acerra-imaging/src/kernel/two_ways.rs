@@ -1,0 +1,29 @@
+//! Ways from a transmitter to a pixel and back to a receiver apart from it, whose range is the mean of both.
+
+use super::lanes::Lanes;
+
+/// Half the way there and back.
+#[inline(always)]
+pub(super) fn mean<S: Lanes>(s: S, sent: S::V, received: S::V) -> S::V {
+    s.mul(s.splat(0.5), s.add(sent, received))
+}
+
+/// Half of a + b, or of a − b where the `sign` of b is −1.
+#[inline(always)]
+pub(super) fn half_sum<S: Lanes>(s: S, sign: S::V, a: S::V, b: S::V) -> S::V {
+    s.mul(s.splat(0.5), s.mul_add(sign, b, a))
+}
+
+/// The lesser in every lane.
+#[inline(always)]
+pub(super) fn lesser<S: Lanes>(s: S, a: S::V, b: S::V) -> S::V {
+    let zero = s.splat(0.0);
+    s.sub(zero, s.max(s.sub(zero, a), s.sub(zero, b)))
+}
+
+/// The spreading of both ways beside that of their mean: S²/(R_t R_r) at the ranges R_t and R_r, whose mean is S.
+#[inline(always)]
+pub(super) fn spreading<S: Lanes>(s: S, sent: S::V, received: S::V) -> S::V {
+    let mean = mean(s, sent, received);
+    s.div(s.mul(mean, mean), s.mul(sent, received))
+}
