@@ -9,7 +9,7 @@ use anyhow::Context;
 use crate::runner::{Runner, Step};
 
 /// Files of `browser/`: they run from a separate folder, next to the packages that they need.
-const FILES: [&str; 17] = [
+const FILES: [&str; 18] = [
     "package.json",
     "package-lock.json",
     "tsconfig.json",
@@ -19,6 +19,7 @@ const FILES: [&str; 17] = [
     "npz.mjs",
     "synthetic.mjs",
     "view.test.mjs",
+    "flight.test.mjs",
     "volume.test.mjs",
     "terrain.test.mjs",
     "basemap.test.mjs",
@@ -30,8 +31,9 @@ const FILES: [&str; 17] = [
 ];
 
 /// Those of them that test.
-const TESTS: [&str; 6] = [
+const TESTS: [&str; 7] = [
     "view.test.mjs",
+    "flight.test.mjs",
     "volume.test.mjs",
     "terrain.test.mjs",
     "basemap.test.mjs",

@@ -34,8 +34,9 @@ pub fn ci(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("documentation", &words(doc)).with("RUSTDOCFLAGS", "-D warnings"))?;
     licences(runner)?;
     minimum_rust(runner)?;
-    other_processor(runner)?;
+    other_systems(runner)?;
     release::package(runner)?;
+    release::workflows(runner)?;
     test(runner)?;
     validation::run(runner)?;
     let seed = std::env::var("FUZZ_SEED").unwrap_or_else(|_| "1".to_owned());
@@ -79,22 +80,29 @@ fn minimum_rust(runner: &Runner) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks the command for 64-bit Arm, the small computers that record, where that target is installed.
-fn other_processor(runner: &Runner) -> anyhow::Result<()> {
-    const TARGET: &str = "aarch64-unknown-linux-musl";
+/// Systems other than this one that run the command: small computers that record, Windows and macOS.
+const OTHER_SYSTEMS: [&str; 3] = [
+    "aarch64-unknown-linux-musl",
+    "x86_64-pc-windows-msvc",
+    "aarch64-apple-darwin",
+];
+
+/// Checks the command for every other system whose standard library is installed.
+fn other_systems(runner: &Runner) -> anyhow::Result<()> {
     let installed = std::process::Command::new("rustup")
         .args(["target", "list", "--installed"])
         .output()
-        .is_ok_and(|o| String::from_utf8_lossy(&o.stdout).contains(TARGET));
-    if installed {
-        let check = format!("cargo check --package acerra --locked --target {TARGET}");
-        return runner.run(&Step::new("64-bit Arm", &words(&check)));
+        .map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
+        .unwrap_or_default();
+    for target in OTHER_SYSTEMS {
+        if installed.lines().any(|line| line == target) {
+            let check = format!("cargo check --package acerra --locked --target {target}");
+            runner.run(&Step::new("another system", &words(&check)))?;
+        } else {
+            let reason = format!("not installed here (rustup target add {target})");
+            runner.skip(target, &reason);
+        }
     }
-    let reason = format!(
-        "target {TARGET} is not installed here, the tests run every kernel at the portable level, \
-         which is what Arm uses"
-    );
-    runner.skip("64-bit Arm", &reason);
     Ok(())
 }
 

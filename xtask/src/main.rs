@@ -3,9 +3,12 @@
 
 mod browser;
 mod checks;
+mod gallery;
+mod install;
 mod python;
 mod release;
 mod runner;
+mod site;
 mod validation;
 
 use std::process::ExitCode;
@@ -18,6 +21,11 @@ cargo xtask test-python          the Python package alone
 cargo xtask test-browser         the viewer in a browser alone
 cargo xtask bench-browser        the viewer's times in a browser
 cargo xtask ci                   everything a change must pass: what .ci/run calls
+cargo xtask gallery              the guide's gallery again, by the commands of its page
+cargo xtask site                 guide and reference of the libraries as one static site, target/site
+cargo xtask install [--debug]    installs the program and runs its demonstration with nothing else at hand
+cargo xtask workflows            the workflow files, by actionlint
+cargo xtask containers           the Docker image and the conda package, where their tools are
 cargo xtask package              every crate as it is published, by its size
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
 cargo xtask book                 writes docs/validation again
@@ -41,6 +49,11 @@ fn main() -> ExitCode {
         "test-browser" => browser::test(&runner),
         "bench-browser" => browser::bench(&runner),
         "ci" => checks::ci(&runner),
+        "gallery" => gallery::write(&runner),
+        "site" => site::write(&runner),
+        "install" => install::test(&runner, &rest),
+        "workflows" => release::workflows(&runner),
+        "containers" => release::containers(&runner),
         "package" => release::package(&runner),
         "validate" if rest == ["flights"] => checks::flights(&runner),
         "validate" => validation::run(&runner),

@@ -93,13 +93,15 @@ fn stranger(runner: &Runner, wheels: &Path) -> anyhow::Result<()> {
     }
     let folder = environment.join("folder");
     std::fs::create_dir_all(&folder)?;
+    // Nothing of this machine's environment helps, the home is empty.
+    let home = format!("HOME={}", folder.display());
     let [python, script, guide] = [
         python,
         runner.root.join(PACKAGE).join("tests/stranger.py"),
         runner.root.join("docs/guide/src/python.md"),
     ]
     .map(|path| path.display().to_string());
-    let run = [python.as_str(), "-I", &script, &guide];
+    let run = ["env", "-i", &home, &python, "-I", &script, &guide];
     runner.run(&Step::new("a stranger's script", &run).within(folder))
 }
 

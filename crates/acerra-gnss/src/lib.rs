@@ -23,6 +23,7 @@
 //! | positions | [`process`] with [`PpkOptions`]; [`process_with`] can be followed and cancelled |
 //! | two antennas on one vehicle: [`PositioningMode::MovingBase`] | [`Baseline`] |
 //! | NMEA, residuals, positions of images, headings | [`output`] |
+//! | direction and signal strength of every satellite of a log | [`sky`] |
 //! | RTKLIB's `.conf` and `.pos` | [`conf`], [`pos`] |
 //!
 //! Folders from the ground up; each imports only from those above it in this list:
@@ -36,7 +37,7 @@
 //! | `pos`, `conf`, `output` | files of solutions and options |
 //! | `control`, `linear` | cancellation and threads; linear algebra |
 //! | `measurements` | one epoch as the filter takes it, with assumed noise |
-//! | `single`, `stations` | single-point positions; rover and base of an epoch |
+//! | `single`, `stations` | single-point positions; rover and base of an epoch, the sky of a log |
 //! | `noise` | noise measured from the log |
 //! | `float`, `ambiguity`, `filter` | state and double differences; integers; one epoch's update |
 //! | `confirm`, `passes` | confirmation of fixes; a pass over all epochs, two passes merged |
@@ -126,3 +127,4 @@ pub use solution::{
     LostEpoch, MissingNavigation, NotFixedReason, PpkError, PpkSolution, PpkSummary, PpkWarning,
     Quality, SatelliteResidual, Solution, TimeSpan,
 };
+pub use stations::sky::{SatelliteInSky, SkySample, sky};

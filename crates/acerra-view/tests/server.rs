@@ -122,6 +122,17 @@ fn every_answer_forbids_what_the_page_does_not_need() {
 }
 
 #[test]
+fn a_track_from_a_table_has_no_sky() {
+    let server = Serving::start(vec![shared().join("products")]);
+    assert_eq!(server.get("/api/run/0/sky/0").status, 409);
+    let engine = server.engine();
+    assert_eq!(engine["data"]["tracks"][0]["has_sky"], json!(false));
+    for path in ["/api/run/0/sky/0", "/api/run/0/sky/7"] {
+        assert_eq!(server.get(path).status, 404, "{path}");
+    }
+}
+
+#[test]
 fn tiles_and_cursor_hold_the_values_of_the_file() {
     let products = shared().join("products");
     let image = read_image(&products.join("image.npz")).unwrap();

@@ -13,3 +13,4 @@ mod moving_base;
 mod outputs;
 mod products_chain;
 mod single_point_prior;
+mod sky;

@@ -14,8 +14,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::engine::{
-    Current, Edits, EngineStatus, ImageOrder, Made, Stage, checked_echo, checked_place,
-    expected_spread, hyperbola, ring,
+    Current, Edits, EngineStatus, ImageOrder, Made, Stage, TrackSky, checked_echo, checked_place,
+    expected_spread, has_sky, hyperbola, ring,
 };
 use crate::error::RequestError;
 use crate::raster::TileIndex;
@@ -29,6 +29,7 @@ pub fn routes() -> Router<Arc<Shared>> {
         .route("/api/run/{run}/hyperbola", get(echoes_of_place))
         .route("/api/run/{run}/ring", get(places_of_echo))
         .route("/api/run/{run}/spread", get(spread_at_place))
+        .route("/api/run/{run}/sky/{track}", get(sky))
         .route(
             "/api/run/{run}/radargram/{track}/{stage}/{level}/{column}/{row}",
             get(tile),
@@ -62,7 +63,7 @@ async fn engine(
 /// Tracks, axes of their radargrams and settings in force.
 fn describe(current: &Current) -> Value {
     let prepared = &current.prepared;
-    let track = |(track, levels): (&Track, &Option<_>)| {
+    let track = |(number, (track, levels)): (usize, (&Track, &Option<_>))| {
         let levels: Option<&crate::engine::TrackRadargram> = levels.as_ref();
         let radargram = track.cleaned.as_ref().map(|traces| {
             json!({
@@ -84,12 +85,14 @@ fn describe(current: &Current) -> Value {
             "pulses": track.range.len(),
             "time_offset_s": track.time_offset_s,
             "radargram": radargram,
+            "has_sky": has_sky(current, number),
         })
     };
     let tracks: Vec<Value> = prepared
         .tracks
         .iter()
         .zip(&current.radargrams)
+        .enumerate()
         .map(track)
         .collect();
     json!({
@@ -168,6 +171,15 @@ async fn spread_at_place(
     let [x_m, y_m] = checked_place([place.x_m, place.y_m])?;
     let spread = move |current: &Current| expected_spread(current, x_m, y_m);
     shared.with_data(number, spread).await
+}
+
+/// Directions and signal strengths of the satellites in a track's GNSS log.
+async fn sky(
+    State(shared): State<Arc<Shared>>,
+    Path((number, track)): Path<(usize, usize)>,
+) -> Result<Response, RequestError> {
+    let sky = move |current: &Current| TrackSky::of(current, track);
+    shared.with_data(number, sky).await
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]

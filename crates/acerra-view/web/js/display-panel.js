@@ -1,4 +1,4 @@
-// How levels become colours, and which run stands beside this one.
+// How levels become colours, which layers are drawn, and which run stands beside this one.
 
 import { step } from "./drawing.js";
 import { choice, section, slider, toggle } from "./form.js";
@@ -76,13 +76,32 @@ export function displayPanel(store) {
     const opacity = slider({ name: "Image over the map", id: "opacity", low: 0, high: 1, step: 0.05, value: look.opacity, text: (v) => `${Math.round(100 * v)} %`, changed: (v) => { look.opacity = v; changed(); } });
     panel.append(opacity.row);
   }
-  panel.append(radargram.row);
+  panel.append(radargram.row, layersOf(store, changed));
   void draw();
   store.on(["look"], () => {
     mode.select.value = look.mode;
     void draw();
   });
   return details;
+}
+
+/** Layers of the image that can be taken away: those that the run has. @param {Store} store @param {() => void} changed */
+function layersOf({ look, meta }, changed) {
+  const group = document.createElement("fieldset");
+  const title = document.createElement("legend");
+  title.textContent = "Layers of the image";
+  group.append(title);
+  /** @type {[import("./store.js").Layer, string, boolean][]} */
+  const layers = [
+    ["image", "image", true],
+    ["track", "track", true],
+    ["targets", "targets", !!meta?.targets.targets.length],
+    ["surveyed", "surveyed points", !!meta?.targets.surveyed?.length],
+  ];
+  for (const [layer, name, has] of layers) {
+    if (has) group.append(toggle(name, look.layers[layer], (v) => { look.layers[layer] = v; changed(); }));
+  }
+  return group;
 }
 
 /** @param {Store} store @param {(run: number | null) => Promise<boolean>} setOther sets the other run; tells whether a difference means anything */

@@ -174,6 +174,7 @@ export class ImagePane {
     if (!own || !colours) return;
     const { painter, camera } = this.pane;
     this.basemap?.draw(camera, own.meta.origin_deg_m);
+    if (!store.look.layers.image) return;
     const { compare } = store;
     const mode = store.look.mode === "phase" ? 1 : 0;
     const liveMode = this.live?.coherence ? 4 : mode;
@@ -207,14 +208,16 @@ export class ImagePane {
     const { store } = this;
     const at = (/** @type {number[]} */ p) => camera.toScreen(p[0], p[1]);
     if (this.ground && store.look.contours) drawContours(c, camera, this.ground.contours);
-    this.drawTrack(c);
+    const { layers } = store.look;
+    if (layers.track) this.drawTrack(c);
+    this.drawPlatform(c);
     if (store.echo) line(c, store.echo.places_m.map(at), CHOSEN, { width: 2 });
-    store.meta?.targets.targets.forEach((target, k) => {
+    (layers.targets ? (store.meta?.targets.targets ?? []) : []).forEach((target, k) => {
       const [x, y] = camera.toScreen(target.x_m, target.y_m);
       ringMark(c, x, y, 9, "#ffffff");
       label(c, `${k + 1}`, x + 13, y - 6);
     });
-    for (const point of store.meta?.targets.surveyed ?? []) {
+    for (const point of layers.surveyed ? (store.meta?.targets.surveyed ?? []) : []) {
       const [x, y] = camera.toScreen(point.x_m, point.y_m);
       cross(c, x, y, SURVEYED);
       label(c, point.name, x + 13, y + 14, { colour: SURVEYED });
@@ -235,7 +238,7 @@ export class ImagePane {
 
   /** The track coloured by its fixes, the selected piece thick. @param {CanvasRenderingContext2D} c */
   drawTrack(c) {
-    const { track, data, selection, pulse, chosen } = this.store;
+    const { track, data, selection } = this.store;
     const { camera } = this.pane;
     const at = (/** @type {(number | null)[]} */ p) => (p[0] === null || p[1] === null ? [NaN, NaN] : camera.toScreen(p[0], p[1]));
     if (track) {
@@ -253,6 +256,12 @@ export class ImagePane {
       }
     }
     if (data && selection) line(c, data.position_m.slice(selection[0], selection[1] + 1).map(at), "#ffffff", { width: 5 });
+  }
+
+  /** The platform at the pulse under the pointer and at the chosen one. @param {CanvasRenderingContext2D} c */
+  drawPlatform(c) {
+    const { data, pulse, chosen } = this.store;
+    const { camera } = this.pane;
     for (const [one, colour] of /** @type {[number | null, string][]} */ ([[pulse, "#ffffff"], [chosen, CHOSEN]])) {
       const place = one === null ? null : data?.position_m[one];
       if (place) ringMark(c, ...camera.toScreen(place[0], place[1]), 5, colour, true);

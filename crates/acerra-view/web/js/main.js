@@ -9,7 +9,9 @@ import { save } from "./form.js";
 import { ImagePane } from "./image-pane.js";
 import { RadargramPane } from "./radargram-pane.js";
 import { element } from "./readout.js";
+import { Scrubber } from "./scrubber.js";
 import { settingsPanel } from "./settings-panel.js";
+import { SkyPanel } from "./sky-panel.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import { TrackStrip } from "./track-strip.js";
@@ -47,6 +49,8 @@ const image = new ImagePane(element("image-box", HTMLElement), element("image-re
 const radargram = new RadargramPane(element("radargram-box", HTMLElement), element("radargram-readout", HTMLElement), store, failed);
 const cuts = new CutsPane(element("cuts", HTMLElement), store, { hover: (x, y, slice) => image.ask(x, y, slice), failed });
 new TrackStrip(element("track-strip", HTMLElement), store);
+const scrubber = new Scrubber(store);
+const sky = new SkyPanel(store, failed);
 const panels = element("panels", HTMLElement);
 const trackChoice = element("track-choice", HTMLSelectElement);
 
@@ -129,6 +133,7 @@ function fillPanels() {
   if (volume) parts.unshift(volumePanel(store, volume));
   if (store.runs.runs.length > 1) parts.push(comparePanel(store, setOther));
   parts.push(
+    sky.details,
     targetsPanel(store, (target) => void image.mark(target.x_m, target.y_m)),
     evidencePanel(store),
   );
@@ -179,6 +184,8 @@ const keys = {
     store.tell("look");
     if (was === "coherence") store.tell("edits");
   },
+  ",": () => scrubber.step(-1),
+  ".": () => scrubber.step(1),
   PageUp: () => store.showSlice((store.sliceIndex ?? -1) + 1),
   PageDown: () => store.showSlice((store.sliceIndex ?? store.meta?.volume?.slices ?? 0) - 1),
   Escape: clear,
@@ -228,4 +235,4 @@ try {
 }
 
 // What the browser tests and the benchmark look at.
-Object.assign(window, { acerra: { store, image, radargram, cuts } });
+Object.assign(window, { acerra: { store, image, radargram, cuts, sky } });

@@ -43,6 +43,7 @@ export class RadargramPane {
     pane.onDrag = (from, to, done) => this.drag(from, to, done);
     store.on(["engine"], () => this.refresh());
     store.on(["look"], () => void this.recolour());
+    store.on(["chosen"], () => this.reveal());
     store.on(["mark", "echo", "selection", "pulse", "chosen"], () => pane.invalidate());
   }
 
@@ -185,6 +186,16 @@ export class RadargramPane {
     const track = this.store.trackMeta;
     const k = Math.round(x);
     return track && k >= 0 && k < track.pulses ? track.first_pulse + k : null;
+  }
+
+  /** Brings the chosen pulse into view. */
+  reveal() {
+    const { chosen, trackMeta } = this.store;
+    const { camera } = this.pane;
+    if (chosen === null || !trackMeta) return;
+    const column = chosen - trackMeta.first_pulse;
+    const [x] = camera.toScreen(column, 0);
+    if (column >= 0 && column < trackMeta.pulses && (x < 0 || x > camera.width)) camera.x = column;
   }
 
   /** @param {number | null} pulse */

@@ -7,6 +7,7 @@ mod configuration;
 mod error;
 mod input;
 mod reader;
+mod sky;
 mod summary;
 
 use std::path::PathBuf;
@@ -21,6 +22,7 @@ pub use configuration::{GnssConfiguration, GnssConfigurationError};
 pub use error::PositioningError;
 pub use input::PositioningInput;
 pub use reader::written;
+pub use sky::sky;
 pub use summary::{
     BaseAnswer, BaselineAnswer, DropAnswer, EventAnswer, FileAnswer, PpkAnswer, ReasonAnswer,
     answer,
