@@ -17,7 +17,9 @@ use crate::focus::underground::Underground;
 use crate::journal::Journal;
 use crate::journal::finding::{Finding, Verdict};
 use crate::journal::warnings::Warnings;
-use crate::position::{PositionError, PositionOptions, Positions, in_one_frame, position};
+use crate::position::{
+    PositionError, PositionOptions, Positioned, Positions, in_one_frame, position,
+};
 use crate::prepare::{Prepared, prepare};
 use crate::read::grid::{GridSource, read_grid};
 use crate::read::{Line, RadarData, ReadError, read_channel};
@@ -119,10 +121,6 @@ impl Survey {
                 Some(grid) => read_grid(grid, channel, warnings)?,
                 None => read_channel(&track.radar, channel, track.line, warnings)?,
             };
-            if radar.is_untimed && radar.positions.is_none() {
-                let path = track.radar.clone();
-                return Err(ReadError::NoPlace { path }.into());
-            }
             Ok(radar)
         };
         self.tracks.iter().map(read).collect()
@@ -148,7 +146,15 @@ impl Survey {
         for (track, radar) in self.tracks.iter().zip(radars) {
             control.check()?;
             let inside = radar.positions.as_ref();
-            let placed = position(&track.positions, &track.radar, inside, warnings)?;
+            let log = (track.radar.as_path(), radar.content.time_s());
+            let placed = position(&track.positions, log, inside, warnings)?;
+            // Times of positions say nothing of traces that have none.
+            let needs_times =
+                matches!(placed.positions, Positions::Trajectory(_)) && !placed.by_trace_number;
+            if radar.is_untimed && needs_times {
+                let path = track.radar.clone();
+                return Err(ReadError::NoPlace { path }.into());
+            }
             let headers = radar.contradictions.iter().map(header_finding);
             let own = headers.chain(weigh_source(&placed.seen));
             findings.extend(own.map(|finding| self.named(track, finding)));
@@ -157,7 +163,7 @@ impl Survey {
             if radar.is_untimed && options.align.select == Select::Auto {
                 options.align.select = Select::All;
             }
-            let settled = settle_offset(track, &radar, &placed.positions, warnings)?;
+            let settled = settle_offset(track, &radar, &placed, warnings)?;
             options.align.time_offset = settled.offset;
             options.recorded_clock = settled.clock;
             recordings.push(Recording {
@@ -190,15 +196,27 @@ struct SettledOffset {
 fn settle_offset(
     track: &TrackSource,
     radar: &RadarData,
-    positions: &Positions,
+    placed: &Positioned,
     warnings: &mut Warnings,
 ) -> Result<SettledOffset, ChainError> {
     let stated = track.options.align.time_offset;
+    if placed.by_trace_number {
+        let none = TimeOffset::Seconds(0.0);
+        if stated.is_some_and(|stated| stated != none) {
+            let radar_file = track.radar.clone();
+            return Err(PositionError::OffsetOfTraceNumbers { radar_file }.into());
+        }
+        return Ok(SettledOffset {
+            offset: Some(none),
+            clock: None,
+        });
+    }
     let as_stated = SettledOffset {
         offset: stated,
         clock: None,
     };
-    let (None | Some(TimeOffset::Logged), Positions::Trajectory(trajectory)) = (stated, positions)
+    let (None | Some(TimeOffset::Logged), Positions::Trajectory(trajectory)) =
+        (stated, &placed.positions)
     else {
         return Ok(as_stated);
     };

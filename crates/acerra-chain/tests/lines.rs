@@ -76,3 +76,58 @@ fn lines_are_breaks_for_path_and_background() {
     let expected = 5.0 - (9.0 * 5.0 + 5.0 * 6.0 + 17.0 * 7.0) / 31.0;
     assert!((clean.samples.at(20).re - expected).abs() < 1e-5);
 }
+
+/// Prepares line 1 of `folder` with positions from `positions.csv`.
+fn prepared_by_table(folder: &Path, tables: &str) -> Result<Prepared, String> {
+    let campaign = Campaign::parse(&format!(
+        "[radar]\nfile = '{0}/line-1.sgy'\ndelay_ns = 0\n[trajectory]\nfile = '{0}/positions.csv'\n{tables}\
+         [image]\nx_m = [0, 4]\ny_m = [-1, 2]\nz_m = 0\npixel_m = 0.5\nband_ghz = [1.0, 2.0]\nfrequencies = 11\n\
+         [preprocess]\ngate_ns = 'none'\n",
+        folder.display()
+    ));
+    let survey = campaign.unwrap().survey();
+    survey
+        .prepare(&mut Journal::default(), &Control::default())
+        .map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_table_places_traces_by_their_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    write_line(&folder.path().join("line-1.sgy"), 9, 5.0, 2);
+    let write = |rows: &str| {
+        let text = format!("trace,x_m,y_m,z_m\n{rows}");
+        std::fs::write(folder.path().join("positions.csv"), text).unwrap();
+    };
+    // Every second trace; those between lie between.
+    write("1,0,0,1\n3,0.5,0,1\n5,1.0,0,1\n7,1.5,0,1\n9,2.0,0,1\n");
+    let found = prepared_by_table(folder.path(), "").unwrap();
+    assert_eq!(found.tracks[0].time_offset_s, 0.0);
+    for (trace, p) in found.aligned.position_m.iter().enumerate() {
+        assert!((p[0] - 0.25 * trace as f64).abs() < 1e-9, "{trace}: {p:?}");
+    }
+    // From zero on.
+    write("0,0,0,1\n4,1.0,0,1\n8,2.0,0,1\n");
+    let found = prepared_by_table(folder.path(), "max_gap_s = 10\n").unwrap();
+    assert!((found.aligned.position_m[8][0] - 2.0).abs() < 1e-9);
+    // A number that no trace has, a clock's offset, and times for traces without times.
+    write("1,0,0,1\n10,2.0,0,1\n");
+    let refused = prepared_by_table(folder.path(), "").unwrap_err();
+    assert!(
+        refused.contains("positions.csv: trace 10: expected 1 to 9"),
+        "{refused}"
+    );
+    write("1,0,0,1\n9,2.0,0,1\n");
+    let refused = prepared_by_table(folder.path(), "time_offset_s = 1.5\n").unwrap_err();
+    assert!(
+        refused.contains("[trajectory] time_offset_s: expected none"),
+        "{refused}"
+    );
+    let timed = "time_s,x_m,y_m,z_m\n0,0,0,1\n9,2.0,0,1\n";
+    std::fs::write(folder.path().join("positions.csv"), timed).unwrap();
+    let refused = prepared_by_table(folder.path(), "").unwrap_err();
+    assert!(
+        refused.contains("expected times or positions of traces"),
+        "{refused}"
+    );
+}

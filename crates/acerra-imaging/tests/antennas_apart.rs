@@ -93,7 +93,7 @@ impl Flight {
             .flat_map(|options| SimdLevel::available().iter().map(move |l| (options, l)))
         {
             let options = options.with_level(level);
-            let plan = ImagingPlan::new(self.pulses(), grid.clone(), &options).unwrap();
+            let plan = ImagingPlan::new(self.pulses(), grid, &options).unwrap();
             assert_eq!(plan.engine(), options.engine, "{plan}");
             let mut image = vec![Complex32::ZERO; plan.pixels()];
             plan.run(&mut image, Control::default()).unwrap();

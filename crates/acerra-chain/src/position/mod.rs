@@ -7,6 +7,7 @@ pub mod clock_shift;
 pub(crate) mod height_noise;
 pub(crate) mod informative;
 pub mod positioning;
+pub mod trace_numbers;
 pub mod trajectory_file;
 
 use std::fs::File;
@@ -25,6 +26,7 @@ use crate::position::attitude_file::{AttitudeFileError, AttitudesSeen, with_log_
 use crate::position::positioning::{
     GnssConfiguration, GnssConfigurationError, PositioningError, PositioningInput,
 };
+use crate::position::trace_numbers::{TraceNumberError, at_traces};
 use crate::position::trajectory_file::{
     TrajectoryFileError, TrajectoryFileOptions, read_trajectory_file,
 };
@@ -57,6 +59,8 @@ pub struct Positioned {
     pub resolution_m: Option<[f64; 3]>,
     /// Quality of the positions as their source states it.
     pub seen: SourceSeen,
+    /// Whether a table gives them by the numbers of the traces, on whose clock they then are.
+    pub by_trace_number: bool,
 }
 
 /// Quality of positions as their source states it, for the findings.
@@ -87,6 +91,7 @@ impl<T: Into<Positions>> From<T> for Positioned {
             log_sources: LogSources::default(),
             resolution_m: None,
             seen: SourceSeen::default(),
+            by_trace_number: false,
         }
     }
 }
@@ -218,6 +223,23 @@ pub enum PositionError {
         /// The place in it, what was expected and what was found.
         cause: Box<TrajectoryFileError>,
     },
+    /// Positions by the numbers of traces that the radar log has not.
+    #[error("{}: {cause}", path.display())]
+    TraceNumbers {
+        /// The file of positions.
+        path: PathBuf,
+        /// The number, and those of the traces.
+        cause: TraceNumberError,
+    },
+    /// An offset between clocks where positions name traces.
+    #[error(
+        "[trajectory] time_offset_s: expected none, as the positions of {} are by the numbers of its traces",
+        radar_file.display()
+    )]
+    OffsetOfTraceNumbers {
+        /// The radar file.
+        radar_file: PathBuf,
+    },
     /// The attitudes cannot be put on the positions.
     #[error("{}: {cause}", path.display())]
     Attitudes {
@@ -283,14 +305,14 @@ pub enum PositionError {
     Frame(TrajectoryError),
 }
 
-/// Finds the positions of a track whose radar log is `radar_file`, with `inside` the positions that
-/// the log itself brings.
+/// Finds the positions of a track whose radar log is `radar_file` and has traces at `trace_time_s`, with `inside` the
+/// positions that the log itself brings.
 ///
 /// # Errors
 /// No source of positions, or one that cannot be read; the message names the file and the place.
 pub fn position(
     options: &PositionOptions,
-    radar_file: &Path,
+    (radar_file, trace_time_s): (&Path, &[f64]),
     inside: Option<&TracePositions>,
     warnings: &mut Warnings,
 ) -> Result<Positioned, PositionError> {
@@ -305,7 +327,7 @@ pub fn position(
                     name_of(file)
                 ));
             }
-            from_file(file, options, warnings)
+            from_file((file, trace_time_s), options, warnings)
         }
         (PositionSource::RadarFile, Some(_)) if options.lever_arm_m != [0.0; 3] => {
             Err(PositionError::LeverArmOfPhaseCentre {
@@ -367,6 +389,7 @@ pub fn placed(
         log_sources: LogSources::default(),
         resolution_m: None,
         seen: SourceSeen::default(),
+        by_trace_number: false,
     })
 }
 
@@ -380,7 +403,7 @@ fn open(path: &Path) -> Result<BufReader<File>, PositionError> {
 }
 
 fn from_file(
-    path: &Path,
+    (path, trace_time_s): (&Path, &[f64]),
     options: &PositionOptions,
     warnings: &mut Warnings,
 ) -> Result<Positioned, PositionError> {
@@ -398,6 +421,7 @@ fn from_file(
         takes_first_source: false,
         height_datum: options.height_datum,
         geoid: options.geoid.clone(),
+        trace_numbers: true,
     };
     let file =
         read_trajectory_file(open(path)?, &reading).map_err(|cause| PositionError::Trajectory {
@@ -412,9 +436,23 @@ fn from_file(
     let sources = log.map(LogReport::sources_used);
     let has_local_axes = file.has_local_axes();
     let resolution_m = file.resolution_m();
-    let (trajectory, attitudes, attitudes_seen) =
-        with_attitudes(file.trajectory, options, warnings)?;
+    let by_trace_number = file.trajectory.time_origin() == TimeOrigin::TraceNumbers;
+    let mut trajectory = file.trajectory;
+    if by_trace_number {
+        let (timed, first) =
+            at_traces(trajectory, trace_time_s).map_err(|cause| PositionError::TraceNumbers {
+                path: path.to_owned(),
+                cause,
+            })?;
+        warnings.note(format!(
+            "{}: numbers of traces count from {first}",
+            name_of(path)
+        ));
+        trajectory = timed;
+    }
+    let (trajectory, attitudes, attitudes_seen) = with_attitudes(trajectory, options, warnings)?;
     Ok(Positioned {
+        by_trace_number,
         has_local_axes,
         resolution_m,
         log_sources: LogSources {

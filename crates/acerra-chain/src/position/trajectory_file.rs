@@ -31,6 +31,8 @@ pub struct TrajectoryFileOptions {
     pub height_datum: Option<HeightDatum>,
     /// Grid of the geoid, which raises heights above the sea to the ellipsoid.
     pub geoid: Option<PathBuf>,
+    /// Whether a table may give numbers of traces in place of times.
+    pub trace_numbers: bool,
 }
 
 /// A file of positions.
@@ -149,6 +151,7 @@ fn from_text(
     let mut reading = ReadOptions::default();
     reading.origin = options.origin;
     reading.rigid_body.clone_from(&options.rigid_body);
+    reading.trace_numbers = options.trace_numbers;
     reading.heights = options.height_datum.map(Into::into);
     if let Some(path) = &options.geoid {
         reading.geoid = Some(Arc::new(GeoidGrid::read(path)?));

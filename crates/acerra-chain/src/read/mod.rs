@@ -144,8 +144,8 @@ pub enum ReadError {
     },
     /// Traces of which neither time nor place is known.
     #[error(
-        "{}: expected times or positions of traces in the file, or the ends of the line ([radar] line_start_m and \
-         line_end_m), found none",
+        "{}: expected times or positions of traces in the file, the ends of the line ([radar] line_start_m and \
+         line_end_m) or a [trajectory] file with a column trace, found none",
         path.display()
     )]
     NoPlace {

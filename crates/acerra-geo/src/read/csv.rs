@@ -44,6 +44,14 @@ pub(super) fn read<R: BufRead>(
         }
         let Some(columns) = &columns else {
             let found = Columns::from_header(line.number, text, options.heights)?;
+            if found.has_trace_numbers() && !options.trace_numbers {
+                return Err(ReadError::Header {
+                    line: line.number,
+                    problem: "numbers of traces and no column of time: only [trajectory] file of a campaign takes \
+                              these"
+                        .to_owned(),
+                });
+            }
             seen.header_line = line.number;
             seen.time_column = found.clock_without_unit(text);
             all.report.unused_columns.clone_from(&found.unused);
@@ -85,9 +93,11 @@ pub(super) fn read<R: BufRead>(
         (false, Some(origin)) => Axes::Local(Frame::Enu(EnuFrame::new(origin))),
         (false, None) => Axes::Local(Frame::Local),
     };
-    let clock = stated
-        .second_zero
-        .map_or(TimeOrigin::Relative, TimeOrigin::Gps);
+    let clock = match stated.second_zero {
+        _ if columns.as_ref().is_some_and(Columns::has_trace_numbers) => TimeOrigin::TraceNumbers,
+        Some(zero) => TimeOrigin::Gps(zero),
+        None => TimeOrigin::Relative,
+    };
     all.finish(&axes, clock, lines.count())
 }
 
@@ -414,7 +424,15 @@ impl Row<'_> {
             }
             return Ok(stamp);
         }
-        Err(self.line.malformed("a time", quoted(&self.line.text)))
+        let number = self.number(Role::Trace, "trace")?;
+        if let Some(number) = number.filter(|n| n.fract() == 0.0 && *n >= 0.0) {
+            return Ok(Stamp::Seconds(number));
+        }
+        let expected = match self.columns.has_trace_numbers() {
+            true => "the number of a trace",
+            false => "a time",
+        };
+        Err(self.line.malformed(expected, quoted(&self.line.text)))
     }
 
     /// The reading of a clock in a separate column, next to a date (s).
@@ -509,6 +527,34 @@ mod tests {
                 report.unused_columns.len(),
                 usize::from(text.contains("Remark"))
             );
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn numbers_of_traces_stand_for_times_where_there_are_none() -> Result<(), ReadError> {
+        let numbered = |text: &str| {
+            let options = ReadOptions {
+                trace_numbers: true,
+                ..ReadOptions::default()
+            };
+            read_trajectory(text.as_bytes(), &options)
+        };
+        let text = "trace,x_m,y_m,z_m\n1,0,0,2\n11,0.5,0,2\n";
+        let refused = read_text(text).unwrap_err().to_string();
+        assert!(refused.contains("numbers of traces"), "{refused}");
+        let (track, report) = numbered(text)?;
+        assert_eq!(track.time_origin(), TimeOrigin::TraceNumbers);
+        assert_eq!((track.start_s(), track.end_s()), (1.0, 11.0));
+        assert!(report.unused_columns.is_empty());
+        let (track, report) = read_text("trace,time_s,x_m,y_m,z_m\n1,0.2,0,0,2\n2,0.4,1,0,2\n")?;
+        assert_eq!(track.time_origin(), TimeOrigin::Relative);
+        assert_eq!(track.start_s(), 0.2);
+        assert_eq!(report.unused_columns, ["trace"]);
+        for bad in ["1.5", "-1", "x"] {
+            let text = format!("trace,x_m,y_m,z_m\n{bad},0,0,2\n3,1,0,2\n");
+            let found = numbered(&text).unwrap_err().to_string();
+            assert!(found.contains("line 2"), "{found}");
         }
         Ok(())
     }

@@ -17,6 +17,8 @@ pub(super) enum Role {
     TimeOfWeek,
     GpstUnix,
     Unix,
+    /// Number of a radar's trace, for want of a time.
+    Trace,
     Local(usize),
     Ecef(usize),
     Latitude,
@@ -122,6 +124,7 @@ fn role(name: &str) -> Option<Role> {
         "tow" | "gps_tow" | "sow" | "gps_sow" => Role::TimeOfWeek,
         "gpst_unix" => Role::GpstUnix,
         "unix" | "unix_time" | "utc_unix" => Role::Unix,
+        "trace" | "trace_number" | "trace_no" => Role::Trace,
         "x" | "east" | "e" | "easting" | "x_east" | "pos_x" | "position_x" => Role::Local(0),
         "y" | "north" | "n" | "northing" | "y_north" | "pos_y" | "position_y" => Role::Local(1),
         "z" | "up" | "u" | "z_up" | "pos_z" | "position_z" => Role::Local(2),
@@ -289,6 +292,11 @@ impl Columns {
             || (self.has(Role::Latitude) && self.has(Role::Longitude) && self.height.is_some())
     }
 
+    /// Whether numbers of traces stand for times.
+    pub fn has_trace_numbers(&self) -> bool {
+        self.has(Role::Trace) && !self.has_time()
+    }
+
     /// Whether a line could be the header of a trajectory: a time, and at least one coordinate.
     pub fn recognised(header: &str) -> bool {
         let columns = Self::of(header);
@@ -296,7 +304,7 @@ impl Columns {
             .columns
             .iter()
             .any(|c| matches!(c.role, Role::Local(_) | Role::Ecef(_) | Role::Latitude));
-        columns.has_time() && coordinate
+        (columns.has_time() || columns.has(Role::Trace)) && coordinate
     }
 
     /// The columns of a header line.
@@ -332,8 +340,14 @@ impl Columns {
         let others = others.filter(|c| Some(c.role) != chosen);
         let passed_over: Vec<String> = others.map(|c| names[c.index].to_owned()).collect();
         columns.unused.extend(passed_over);
-        if !columns.has_time() {
-            return problem("no column of time (time_s, or gps_week and tow_s)".to_owned());
+        if columns.has_time() {
+            let traces = columns.columns.iter().filter(|c| c.role == Role::Trace);
+            let unused: Vec<String> = traces.map(|c| names[c.index].to_owned()).collect();
+            columns.unused.extend(unused);
+        } else if !columns.has(Role::Trace) {
+            return problem(
+                "no column of time (time_s, or gps_week and tow_s) or trace".to_owned(),
+            );
         }
         if columns.has(Role::TimeOfWeek) && !columns.has(Role::GpsWeek) && !columns.has(Role::Time)
         {

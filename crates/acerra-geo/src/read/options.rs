@@ -23,6 +23,8 @@ pub struct ReadOptions {
     /// Raises heights above the sea to the ellipsoid; without a geoid these heights count as above the
     /// ellipsoid, with a warning.
     pub geoid: Option<Arc<GeoidGrid>>,
+    /// Whether a table may give numbers of a radar's traces in place of times, for callers that know the traces.
+    pub trace_numbers: bool,
     /// Most positions accepted.
     pub max_fixes: usize,
     /// Longest line accepted (bytes).
@@ -37,6 +39,7 @@ impl Default for ReadOptions {
             format: None,
             heights: None,
             geoid: None,
+            trace_numbers: false,
             max_fixes: 10_000_000,
             max_line_bytes: 1 << 20,
         }

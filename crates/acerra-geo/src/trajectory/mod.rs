@@ -24,6 +24,8 @@ pub enum TimeOrigin {
     UtcMidnight,
     /// A clock without relation to GPS time: a motion-capture system's, or a computation's.
     Relative,
+    /// No clock: a table gives the numbers of a radar's traces in place of times.
+    TraceNumbers,
 }
 
 impl TimeOrigin {
