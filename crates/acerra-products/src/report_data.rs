@@ -299,10 +299,10 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
         estimate.offset_s, estimate.sigma_s
     );
     if let Some(height) = &search.likelihood.height {
-        remark += &format!("Height alone gives {:.3} s.", height.offset_s);
+        remark += &format!(" Height alone gives {:.3} s.", height.offset_s);
     }
     if let Some(motion) = &search.likelihood.motion {
-        remark += &format!("Motion alone gives {:.3} s.", motion.offset_s);
+        remark += &format!(" Motion alone gives {:.3} s.", motion.offset_s);
     }
     if let Some(sharpness) = &estimate.sharpness {
         remark += &format!(
@@ -319,7 +319,7 @@ fn alignment(search: &OffsetSearch) -> AlignmentEvidence {
                  below."
             );
         }
-        None => remark += "Every other offset tried is excluded.",
+        None => remark += " Every other offset tried is excluded.",
     }
     AlignmentEvidence {
         offset_s,

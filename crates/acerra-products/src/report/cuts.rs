@@ -26,7 +26,7 @@ pub(super) fn section(targets: &[TargetRow]) -> Result<Markup, FigureError> {
         @if !plots.is_empty() {
             h3 { "Cuts through the targets" }
             p {
-                "Each cut is drawn together with that of an ideal point seen from the same flight: where"
+                "Each cut is drawn together with that of an ideal point seen from the same flight: where "
                 "the image is wider or its sidelobes are higher, the antennas or the target see "
                 "less of the flight than an ideal point does, or the positions are off."
             }

@@ -271,7 +271,7 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     if aligned.stands {
         writeln!(
             out,
-            "the platform is at rest for much of the time: the traces in motion are imaged, weighted by \
+            "           the platform is at rest for much of the time: the traces in motion are imaged, weighted by \
              path length"
         )?;
     }
