@@ -7,7 +7,9 @@ set -euo pipefail
 cd "$(dirname "$0")"
 seconds=${1:-20}
 shift || true
-command -v cargo-fuzz >/dev/null || cargo install --locked --quiet cargo-fuzz
+# Not optimised, so that it compiles sooner: it only starts the targets.
+command -v cargo-fuzz >/dev/null ||
+    CARGO_PROFILE_RELEASE_OPT_LEVEL=0 CARGO_PROFILE_RELEASE_LTO=off cargo install --locked --quiet cargo-fuzz
 export RUSTC_BOOTSTRAP=1
 if [ $# -gt 0 ]; then targets=("$@"); else mapfile -t targets < <(cargo fuzz list); fi
 sanitizer=${SANITIZER:-address}
