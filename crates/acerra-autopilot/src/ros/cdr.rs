@@ -2,7 +2,7 @@
 //! 2.3, clause 10; CORBA 3.0, clause 15.3).
 //!
 //! Four bytes give the byte order; then each number is at a multiple of its own length, counted from the end
-//! of those four bytes.
+//! of the byte order.
 
 use crate::bytes::array;
 

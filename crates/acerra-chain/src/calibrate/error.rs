@@ -52,7 +52,8 @@ pub enum CalibrateError {
     /// Nothing is in focus at the reflectors.
     #[error(
         "no echo follows the reflectors: of all delays within {delay_ns:?} ns and offsets within {offset_s:?} s \
-         the best focus is {contrast_db:.1} dB above the median, at least {needed_db:.1} dB are needed; check the places of the reflectors and [trajectory] time_offset_s"
+         the best focus is {contrast_db:.1} dB above the median, at least {needed_db:.1} dB are \
+         needed; check the places of the reflectors and [trajectory] time_offset_s"
     )]
     NoEcho {
         /// Delays tried (ns).
@@ -133,7 +134,7 @@ pub struct Solution {
     pub delay_ns: f64,
     /// Clock offset (s).
     pub offset_s: f64,
-    /// Level of the second solution below the best (dB).
+    /// Level of this solution below the best (dB).
     pub below_db: f64,
 }
 

@@ -116,7 +116,7 @@ pub(super) struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
-    /// Number of places a stretch; of many traces evenly spread ones, unless `all` are requested.
+    /// Places the traces of a stretch at an offset: evenly spread ones where there are many, unless `all` are requested.
     pub fn at(
         stretch: &'a Stretch,
         setting: &Setting<'_>,

@@ -14,7 +14,7 @@ pub(super) const UNSUPPORTED: Outcome = Ok(Some(NotFollowedReason::Unsupported))
 /// There is no such key.
 pub(super) const UNKNOWN: Outcome = Ok(Some(NotFollowedReason::UnknownKey));
 
-/// Followed if the value is one of those without effect here.
+/// `Followed` if the value is in `harmless`, the values without effect in this program.
 pub(super) fn only(setting: &Setting, harmless: &[&str]) -> Outcome {
     if harmless.contains(&setting.value.as_str()) {
         FOLLOWED

@@ -21,7 +21,7 @@ pub(super) fn lesser<S: Lanes>(s: S, a: S::V, b: S::V) -> S::V {
     s.sub(zero, s.max(s.sub(zero, a), s.sub(zero, b)))
 }
 
-/// The spreading of both ways beside that of their mean: S²/(R_t R_r) at the ranges R_t and R_r, whose mean is S.
+/// Ratio of the spreading of both ways to that of the mean range: S²/(R_t R_r) for the ranges R_t and R_r with mean S.
 #[inline(always)]
 pub(super) fn spreading<S: Lanes>(s: S, sent: S::V, received: S::V) -> S::V {
     let mean = mean(s, sent, received);

@@ -1,7 +1,7 @@
 //! The forward operator: from an image to the spectra that its pixels would return, Eq. (1) of
 //! Catapano et al. 2020 in its discrete form, as fast as imaging.
 //!
-//! Both engines are the transposes of those of imaging, bins and weights included, so that ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩
+//! Both engines are the transposes of the imaging engines, bins and weights included, so that ⟨Lσ, d⟩ = ⟨σ, L⁺d⟩
 //! holds far within the accuracy, as iterative inversions require.
 
 use super::check::forward::{Places, check_pixels, compare_places, compare_spectra};
