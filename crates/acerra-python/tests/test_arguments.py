@@ -189,7 +189,7 @@ def test_files_that_cannot_be_read(tmp_path: Any) -> None:
     assert issubclass(acerra.ReadError, acerra.AcerraError)
 
 
-def test_ctrl_c_stops_within_a_second(echoes: Any) -> None:
+def test_ctrl_c_stops_the_sum_early(echoes: Any) -> None:
     grid = acerra.Plane([0.5, 3], [-2, 2], pixel_m=0.001)
     started = threading.Event()
 
@@ -201,14 +201,20 @@ def test_ctrl_c_stops_within_a_second(echoes: Any) -> None:
     waiting = threading.Thread(target=interrupt)
     waiting.start()
     started.set()
-    begin = time.monotonic()
+    progressed: list[tuple[str, int, int]] = []
     with pytest.raises(KeyboardInterrupt):
         # The double-precision sum over ten million pixels takes minutes.
         acerra.adjoint(
-            echoes.position_m, echoes.frequency_hz, echoes.spectrum, grid, engine="reference"
+            echoes.position_m,
+            echoes.frequency_hz,
+            echoes.spectrum,
+            grid,
+            engine="reference",
+            progress=lambda *step: progressed.append(step),
         )
     waiting.join()
-    assert time.monotonic() - begin < 1.3
+    _, done, total = progressed[-1]
+    assert done < 0.1 * total
 
 
 def test_progress_is_told_and_its_exceptions_end_the_work(echoes: Any) -> None:
@@ -229,22 +235,27 @@ def test_progress_is_told_and_its_exceptions_end_the_work(echoes: Any) -> None:
 
 
 def test_other_threads_run_while_an_image_is_made(echoes: Any) -> None:
-    grid = acerra.Plane([0.5, 3], [-2, 2], pixel_m=0.02)
-    counted, stop = [0], threading.Event()
+    # A lock held for the whole sum leaves no tick in the middle half of the call.
+    grid = acerra.Plane([0.5, 3], [-2, 2], pixel_m=0.005)
+    ticks: list[float] = []
+    stop = threading.Event()
 
     def count() -> None:
         while not stop.is_set():
-            counted[0] += 1
+            ticks.append(time.monotonic())
             time.sleep(0.001)
 
     counting = threading.Thread(target=count)
     counting.start()
+    begin = time.monotonic()
     acerra.adjoint(
         echoes.position_m, echoes.frequency_hz, echoes.spectrum, grid, engine="reference"
     )
+    end = time.monotonic()
     stop.set()
     counting.join()
-    assert counted[0] > 20
+    quarter = (end - begin) / 4
+    assert any(begin + quarter < tick < end - quarter for tick in ticks)
 
 
 # 10⁵ calls take half an hour: with ACERRA_SLOW=1.
