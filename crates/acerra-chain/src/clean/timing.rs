@@ -66,33 +66,56 @@ pub(super) fn time(
 }
 
 /// How far the side lobes of the ground's echo reach (s), which follow the height as well as the echo itself: five lobes
-/// of a band of 1.7 GHz.
+/// of a band of 1.7 GHz; and the distance of one lobe from the next.
 const LOBES_S: f64 = 3e-9;
+const LOBE_S: f64 = 0.6e-9;
+/// Spread about 2h/c, relative to that of the echo that follows the height, from which an echo is another object's.
+const LOOSER: f64 = 2.0;
 
-/// Zero-timing by the surface echo. Where an echo beyond the reach of the surface's side lobes, of a stronger
-/// object, was taken for the surface's, the echoes about the one that follows the height over the whole
-/// flight (its delay, s) are used.
+/// Zero-timing by the surface echo, where the delay of the echo that follows the height over the whole flight is known
+/// (`followed_s`). A stronger object's echo may be taken for the surface's: an echo farther than a lobe from that delay
+/// counts only within reach of the side lobes, and unless the echo at that delay follows the height more closely.
 fn by_surface(
     (raw, height_m): (Radargram, &[f64]),
     method: &Timing,
     (surface, followed_s): (SurfaceOptions, f64),
     warnings: &mut Warnings,
 ) -> Result<ZeroTimingResult, Refused> {
-    match zero_timing(raw.clone(), height_m, method) {
-        Ok(timed) if (timed.shift_s + followed_s).abs() <= LOBES_S => return Ok(timed),
-        Ok(timed) => warnings.add(format!(
+    let strongest = match zero_timing(raw.clone(), height_m, method) {
+        Ok(timed) => Some(timed),
+        Err(Refused::NoSurface { .. }) => None,
+        Err(refused) => return Err(refused),
+    };
+    let off_s = |timed: &ZeroTimingResult| -timed.shift_s - followed_s;
+    if let Some(timed) = &strongest
+        && off_s(timed).abs() <= LOBE_S
+    {
+        return Ok(timed.clone());
+    }
+    let about = surface
+        .with_approximate_delay_s(followed_s)
+        .with_search_s(LOBE_S)
+        .with_follow_s(LOBE_S);
+    let near = zero_timing(raw.clone(), height_m, &Timing::AllTraces(about)).ok();
+    if let Some(timed) = strongest {
+        let is_looser = |near: &ZeroTimingResult| {
+            let spreads_s = timed.spread_s.zip(near.spread_s);
+            spreads_s.is_some_and(|(of_strongest_s, of_near_s)| of_strongest_s > LOOSER * of_near_s)
+        };
+        if off_s(&timed).abs() <= LOBES_S && !near.as_ref().is_some_and(is_looser) {
+            return Ok(timed);
+        }
+        warnings.add(format!(
             "zero-timing by the echo that follows the height over the whole flight, at {:.2} ns: the strongest one \
              is {:+.2} ns from it",
             1e9 * followed_s,
-            -1e9 * (timed.shift_s + followed_s)
-        )),
-        Err(Refused::NoSurface { .. }) => {}
-        Err(refused) => return Err(refused),
+            1e9 * off_s(&timed)
+        ));
     }
-    let mut near = surface.with_approximate_delay_s(followed_s);
-    near.search_s = LOBES_S;
-    zero_timing(raw.clone(), height_m, &Timing::AllTraces(near))
-        .or_else(|_| zero_timing(raw, height_m, &Timing::Delay(followed_s)))
+    near.map_or_else(
+        || zero_timing(raw, height_m, &Timing::Delay(followed_s)),
+        Ok,
+    )
 }
 
 /// Fast time at which range is zero as far as `options` give it without the echo of the surface (s): stated, or by the
@@ -243,6 +266,33 @@ mod tests {
         let (held_s, said_more) = off_s(Some(DELAY_S + 0.2e-9));
         assert!(held_s.abs() < 0.15e-9, "{held_s:e}");
         assert_eq!(said_more, said + 1);
+    }
+
+    #[test]
+    fn a_stronger_echo_within_reach_of_the_side_lobes_counts_only_where_it_follows_the_height() {
+        // A reflector ten times as strong as the ground, 1.5 to 2.6 ns behind it as the platform passes.
+        let height_m: Vec<f64> = (0..80).map(|m| 4.0 + 0.01 * f64::from(m)).collect();
+        let reflector_m: Vec<f64> = (0..80u32)
+            .map(|m| f64::from(m) / 40.0 - 1.0)
+            .zip(&height_m)
+            .map(|(along, height_m)| height_m + 0.22 + 0.17 * along * along)
+            .collect();
+        let (ground, reflector) = (radargram(&height_m), radargram(&reflector_m));
+        let mix = |k: usize| (ground.samples.at(k).re + 10.0 * reflector.samples.at(k).re) as f32;
+        let samples = Samples::Real((0..80 * 900).map(mix).collect());
+        let raw = Radargram::new(ground.time_s.clone(), 0.0, STEP_S, samples).unwrap();
+        let off_s = |surface_delay_s| {
+            let options = CleanOptions {
+                surface_delay_s,
+                ..CleanOptions::default()
+            };
+            let unheard = &mut Warnings::default();
+            let timed = time(raw.clone(), &at_heights(&height_m), &options, unheard).unwrap();
+            -timed.shift_s - DELAY_S
+        };
+        assert!(off_s(None) > 1e-9, "{:e}", off_s(None));
+        let held_s = off_s(Some(DELAY_S + 0.1e-9));
+        assert!(held_s.abs() < 0.15e-9, "{held_s:e}");
     }
 
     #[test]

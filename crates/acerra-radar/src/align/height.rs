@@ -20,10 +20,13 @@ const TYPICAL: Mixture = Mixture {
     sigma_s: 0.2e-9,
     stray_share: 0.2,
 };
-/// Share of strays up to which an echo may be the surface: most of its picks are. Where no such echo is beyond doubt, one
-/// that is seen for a part of the flight may be the surface, if most of the picks about its own are (picks that fit the
-/// height by chance are apart from one another) and all echoes beyond doubt give one offset.
+/// Share of strays up to which an echo is seen: among its picks, or among those about its own (picks that fit the height
+/// by chance are apart from one another).
 const MOST_STRAYS: f64 = 0.5;
+/// Share of strays among the picks about an echo's own, and error of these, up to which the echo follows the height
+/// trace after trace.
+const FOLLOWED_STRAYS: f64 = 0.08;
+const FOLLOWED_S: f64 = 0.5e-9;
 /// Evidence from which an echo is beyond doubt: odds of 400 to 1.
 const BEYOND_DOUBT: f64 = 6.0;
 /// This evidence for an echo that follows the height in a part of the flight only: the part may be chosen by
@@ -91,6 +94,19 @@ pub struct HeightCue {
     pub(super) envelope: f64,
 }
 
+impl HeightCue {
+    /// Whether the echo follows the height trace after trace: few strays are among its picks, and the error of its picks
+    /// is that of a surface. An echo that only crosses the height has strays before and after each crossing.
+    #[must_use]
+    pub fn is_followed(&self) -> bool {
+        self.strays_about <= FOLLOWED_STRAYS && self.residual_s <= FOLLOWED_S
+    }
+
+    fn is_beyond_doubt(&self) -> bool {
+        self.evidence >= BEYOND_DOUBT
+    }
+}
+
 /// Offsets tried and delays allowed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
@@ -147,16 +163,34 @@ pub(super) fn height_cues(
         .map(|(cue, ridge)| fit(ridge, grid, Some(cue)))
         .collect::<Result<_, AlignError>>()?;
     cues.retain(|cue| cue.evidence > 0.0);
-    let is_seen = |cue: &HeightCue| cue.stray_share <= MOST_STRAYS;
-    let is_beyond_doubt = |cue: &HeightCue| cue.evidence >= BEYOND_DOUBT;
-    let admits_parts = !cues.iter().any(|cue| is_seen(cue) && is_beyond_doubt(cue))
-        && are_near(cues.iter().filter(|cue| is_beyond_doubt(cue)));
-    cues.retain(|cue| {
-        let is_seen_in_part = cue.evidence >= OF_A_PART && cue.strays_about <= MOST_STRAYS;
-        is_seen(cue) || (admits_parts && is_seen_in_part)
-    });
+    let mut cues = surfaces(cues);
     cues.sort_by(|a, b| b.preference.total_cmp(&a.preference));
     Ok(cues)
+}
+
+/// The echoes that may be the surface: where one that is [followed](HeightCue::is_followed) is beyond doubt, the followed
+/// ones.
+fn surfaces(cues: Vec<HeightCue>) -> Vec<HeightCue> {
+    let followed = cues.iter().filter(|cue| cue.is_followed());
+    let followed = seen(followed.cloned().collect(), BEYOND_DOUBT);
+    if followed.iter().any(HeightCue::is_beyond_doubt) {
+        followed
+    } else {
+        seen(cues, OF_A_PART)
+    }
+}
+
+/// The echoes most of whose picks are no strays. Where none of these is beyond doubt and all echoes beyond doubt give one
+/// offset, also those that are seen for a part of the flight, with an evidence of `of_a_part` at least.
+fn seen(mut cues: Vec<HeightCue>, of_a_part: f64) -> Vec<HeightCue> {
+    let is_seen = |cue: &HeightCue| cue.stray_share <= MOST_STRAYS;
+    let admits_parts = !cues.iter().any(|cue| is_seen(cue) && cue.is_beyond_doubt())
+        && are_near(cues.iter().filter(|cue| cue.is_beyond_doubt()));
+    cues.retain(|cue| {
+        let is_seen_in_part = cue.evidence >= of_a_part && cue.strays_about <= MOST_STRAYS;
+        is_seen(cue) || (admits_parts && is_seen_in_part)
+    });
+    cues
 }
 
 /// Whether cues give [one](ONE_OFFSET_S) offset.
@@ -622,7 +656,57 @@ fn commonest_s(residuals: &[f64], [from, to]: [f64; 2], sigma_s: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::curve::LikelihoodCurve;
     use super::*;
+
+    /// An echo at an offset (s): share of strays, share of strays about its picks, error (ns), evidence.
+    fn cue(
+        offset_s: f64,
+        [stray_share, strays_about, residual_ns, evidence]: [f64; 4],
+    ) -> HeightCue {
+        let curve = LikelihoodCurve {
+            start_s: offset_s,
+            step_s: 0.01,
+            log_likelihood: vec![0.0],
+        };
+        HeightCue {
+            curve,
+            offset_s,
+            delay_s: 10e-9,
+            delay_sigma_s: 1e-11,
+            residual_s: 1e-9 * residual_ns,
+            stray_share,
+            strays_about,
+            picks: 400,
+            correlation_length: 10.0,
+            stated_sigma_s: 0.0,
+            evidence,
+            preference: evidence,
+            envelope: 100.0,
+        }
+    }
+
+    #[test]
+    fn an_echo_that_follows_the_height_outweighs_those_that_cross_it() {
+        let offsets = |cues: &[HeightCue]| {
+            let of = surfaces(cues.to_vec());
+            of.iter().map(|cue| cue.offset_s).collect::<Vec<_>>()
+        };
+        let followed_in_part = cue(0.0, [0.55, 0.05, 0.05, 8.0]);
+        let crossing = cue(-0.14, [0.81, 0.18, 0.05, 21.7]);
+        let loose = cue(-0.17, [0.38, 0.12, 0.7, 22.5]);
+        assert_eq!(
+            offsets(&[crossing.clone(), followed_in_part.clone()]),
+            [0.0]
+        );
+        assert_eq!(offsets(&[loose.clone(), followed_in_part.clone()]), [0.0]);
+        // Two that are followed in part do not give one offset: only the one that is seen counts.
+        let elsewhere = cue(3.0, [0.6, 0.05, 0.05, 9.0]);
+        let both = [loose.clone(), followed_in_part, elsewhere];
+        assert_eq!(offsets(&both), [-0.17]);
+        // None is followed.
+        assert_eq!(offsets(&[crossing, loose]), [-0.17]);
+    }
 
     #[test]
     fn strays_are_few_about_an_echo_that_is_followed_and_many_about_chance_picks() {

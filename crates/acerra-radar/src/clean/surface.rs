@@ -15,6 +15,8 @@ use crate::radargram::Radargram;
 
 /// Contrast of the stack that counts as an echo, dB. A stack of noise alone stays below 2 dB.
 const NEEDED_DB: f64 = 3.0;
+/// Least length of the stack whose median is the level without an echo, s: ten times the length of an echo.
+const LEVEL_S: f64 = 6e-9;
 /// Spread of 2h/c above which the constant part can be subtracted without removing the surface: a quarter of
 /// a period at 4 GHz.
 const MOVES_S: f64 = 0.06e-9;
@@ -53,6 +55,13 @@ impl SurfaceOptions {
     #[must_use]
     pub const fn with_approximate_delay_s(mut self, approximate_delay_s: f64) -> Self {
         self.approximate_delay_s = Some(approximate_delay_s);
+        self
+    }
+
+    /// This search with another largest distance of the true delay from the approximate one, s.
+    #[must_use]
+    pub const fn with_search_s(mut self, search_s: f64) -> Self {
+        self.search_s = search_s;
         self
     }
 
@@ -215,6 +224,9 @@ impl Section<'_> {
             Some(d) => [d - options.search_s, d + options.search_s],
             None => options.unknown_delay_s,
         };
+        // The level without an echo is that about the delays searched, however few these are.
+        let about_s = (LEVEL_S - 0.5 * (to - from)).max(0.0);
+        let [from, to] = [from - about_s, to + about_s];
         let step = self.radargram.fast_time_step_s;
         let trials = ((to - from) / step).ceil().max(1.0) as usize + 1;
         // A delay counts where the window holds it in at least half of the traces.
@@ -244,6 +256,10 @@ impl Section<'_> {
                 expected_end_s: finite().fold(f64::NEG_INFINITY, f64::max) + to,
             });
         }
+        let is_searched = |k: usize| {
+            let delay_s = stack[k].delay_s;
+            (from + about_s..=to - about_s).contains(&delay_s)
+        };
         let means: Vec<f64> = stack.iter().map(|s| s.mean).collect();
         let log_means: Vec<f64> = stack.iter().map(|s| s.log_mean).collect();
         let median = median_of(&mut means.clone()).max(f64::MIN_POSITIVE);
@@ -252,7 +268,7 @@ impl Section<'_> {
         // the logarithms, which a strong echo in a few traces does not raise. Where the ground itself is seen
         // in few traces, its echo is the highest peak of the sum.
         let delay = |levels: &[f64]| {
-            let peak = highest_peak(levels)?;
+            let peak = highest_peak(levels, &is_searched)?;
             let delay_s = stack[peak].delay_s + step * peak_offset(levels, peak);
             Some((delay_s, contrast_db(peak)))
         };
@@ -347,9 +363,10 @@ struct Stacked {
     log_mean: f64,
 }
 
-/// The highest value that is a peak, not the flank of a peak outside the range.
-fn highest_peak(levels: &[f64]) -> Option<usize> {
+/// The highest value that is searched and a peak, not the flank of a peak outside the range.
+fn highest_peak(levels: &[f64], is_searched: impl Fn(usize) -> bool) -> Option<usize> {
     (1..levels.len() - 1)
+        .filter(|i| is_searched(*i))
         .filter(|&i| levels[i] >= levels[i - 1] && levels[i] >= levels[i + 1])
         .max_by(|&a, &b| levels[a].total_cmp(&levels[b]))
 }
