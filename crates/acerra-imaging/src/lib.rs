@@ -55,6 +55,7 @@ pub mod error;
 
 mod checks;
 mod control;
+pub mod delay_sums;
 mod engine;
 pub mod grid;
 mod incidence;

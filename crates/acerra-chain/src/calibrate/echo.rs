@@ -1,5 +1,6 @@
 //! Range profiles of a track, matched to the band of the pulse, and the echoes read from them.
 
+use acerra_imaging::delay_sums::{DelaySums, Delays, MixedTraces};
 use acerra_radar::Radargram;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -66,6 +67,18 @@ impl Profiles {
         let before = trace * self.samples + place as usize;
         let part = place.fract() as f32;
         self.mixed[before] * (1.0 - part) + self.mixed[before + 1] * part
+    }
+
+    /// The traces arranged for coherent sums at many delays.
+    pub fn sums_at(&self, delays: Delays) -> DelaySums {
+        let traces = MixedTraces {
+            samples: &self.mixed,
+            samples_per_trace: self.samples,
+            start_s: self.start_s,
+            step_s: self.step_s,
+            carrier_hz: self.middle_hz,
+        };
+        DelaySums::new(&traces, delays)
     }
 
     /// The frequency by which signals are mixed down (Hz).

@@ -6,9 +6,8 @@
 //! turns by [`TURN_RAD`] at most within a stretch, so that errors which differ along the track move the focus
 //! of each stretch separately.
 
-use num_complex::Complex32;
+use acerra_imaging::delay_sums::{DelaySums, EchoCurve, SumScratch};
 
-use super::echo::Profiles;
 use super::parameter::Values;
 use super::track::{Setting, TrackEchoes};
 
@@ -156,57 +155,55 @@ impl<'a> Placed<'a> {
         self.traces.iter().map(time).collect()
     }
 
-    /// Place at which the stretch is in focus at each of these delays. A platform at rest resolves no place.
-    pub fn focus(
-        &self,
-        setting: &Setting<'_>,
-        profiles: &Profiles,
-        delay_s: &[f64],
-        at_rest: bool,
-    ) -> Vec<Focus> {
+    /// Place at which the stretch is in focus at each delay of the sums. A platform at rest resolves no place.
+    pub fn focus(&self, setting: &Setting<'_>, sums: &DelaySums, at_rest: bool) -> Vec<Focus> {
         let place_m = setting.reflector_m[self.stretch.reflector];
-        let lowest = Focus {
-            level: f64::NEG_INFINITY,
-            off_m: [0.0; 2],
-        };
-        let mut best = vec![lowest; delay_s.len()];
-        let total: f64 = self.traces.iter().map(|(_, weight, _)| weight).sum();
-        let turn = std::f64::consts::TAU * profiles.middle_hz();
-        let steps = if at_rest {
-            0
-        } else {
-            (PATCH_M / PATCH_STEP_M).round() as i32
-        };
-        for (ix, iy) in (-steps..=steps).flat_map(|y| (-steps..=steps).map(move |x| (x, y))) {
-            let off_m = [ix, iy].map(|i| f64::from(i) * PATCH_STEP_M);
-            let away_m = off_m[0].hypot(off_m[1]);
-            if away_m > PATCH_M {
-                continue;
-            }
-            let cost = PLACE_COST * (away_m / PLACE_SIGMA_M).powi(2);
+        let trace: Vec<usize> = self.traces.iter().map(|(trace, _, _)| *trace).collect();
+        let weight: Vec<f64> = self.traces.iter().map(|(_, weight, _)| *weight).collect();
+        let total: f64 = weight.iter().sum();
+        let scratch = &mut SumScratch::default();
+        // Best power so far, less the penalty, and its place.
+        let mut best = vec![(0.0, [0.0; 2]); sums.delays()];
+        for off_m in patch(at_rest) {
             let at_m = [place_m[0] + off_m[0], place_m[1] + off_m[1], place_m[2]];
-            let time_s = self.times_s(at_m);
-            let turned: Vec<Complex32> = time_s
-                .iter()
-                .zip(&self.traces)
-                .map(|(t, (_, weight, _))| {
-                    let (sin, cos) = (turn * t).sin_cos();
-                    Complex32::new(cos as f32, sin as f32) * (*weight as f32)
-                })
-                .collect();
-            for (best, delay_s) in best.iter_mut().zip(delay_s) {
-                let sum: Complex32 = (0..turned.len())
-                    .map(|k| turned[k] * profiles.mixed_at(self.traces[k].0, time_s[k] + delay_s))
-                    .sum();
-                let power = f64::from(sum.norm_sqr()) / (total * total).max(f64::MIN_POSITIVE);
-                let level = power.max(f64::MIN_POSITIVE).ln() - cost;
-                if level > best.level {
-                    *best = Focus { level, off_m };
+            let curve = EchoCurve {
+                trace: &trace,
+                weight: &weight,
+                time_s: &self.times_s(at_m),
+            };
+            let cost = PLACE_COST * squared(off_m) / PLACE_SIGMA_M.powi(2);
+            let penalty = (-cost).exp();
+            for (best, power) in best.iter_mut().zip(sums.powers(curve, scratch)) {
+                if penalty * power > best.0 {
+                    *best = (penalty * power, off_m);
                 }
             }
         }
-        best
+        let relative = |power: f64| power / (total * total).max(f64::MIN_POSITIVE);
+        let level = |power: f64| relative(power).max(f64::MIN_POSITIVE).ln();
+        let found = |(power, off_m): (f64, [f64; 2])| Focus {
+            level: level(power),
+            off_m,
+        };
+        best.into_iter().map(found).collect()
     }
+}
+
+/// Places about a surveyed one, east and north of it (m); that one alone for a platform at rest.
+fn patch(at_rest: bool) -> impl Iterator<Item = [f64; 2]> {
+    let steps = if at_rest {
+        0
+    } else {
+        (PATCH_M / PATCH_STEP_M).round() as i32
+    };
+    let places = (-steps..=steps).flat_map(move |y| (-steps..=steps).map(move |x| [x, y]));
+    places
+        .map(|place| place.map(|i| f64::from(i) * PATCH_STEP_M))
+        .filter(|off_m| squared(*off_m) <= PATCH_M * PATCH_M)
+}
+
+fn squared([x_m, y_m]: [f64; 2]) -> f64 {
+    x_m * x_m + y_m * y_m
 }
 
 /// Fast times of the echo of a point in a stretch (s), by which its traces add up.

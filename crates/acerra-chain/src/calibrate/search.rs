@@ -1,5 +1,6 @@
 //! Where the adjustment starts: delay and clock offset at which the surveyed reflectors are in focus.
 
+use acerra_imaging::delay_sums::Delays;
 use rayon::prelude::*;
 
 use super::echo::median;
@@ -62,6 +63,11 @@ pub(super) fn search(
         delay_s: steps(DELAY_S, delay_step_s),
         offset_s: Vec::new(),
     };
+    let sums = track.profiles.sums_at(Delays {
+        start_s: DELAY_S[0],
+        step_s: delay_step_s,
+        count: grid.delay_s.len(),
+    });
     let mut level_db = Vec::new();
     let windows = windows(setting, track, start);
     let most_traces = windows.iter().map(Window::moving_traces).max();
@@ -71,7 +77,7 @@ pub(super) fn search(
                 control.check()?;
                 let of_stretch = |stretch: &Stretch| {
                     let placed = Placed::at(stretch, setting, track, start, *offset_s, false);
-                    placed.focus(setting, &track.profiles, &grid.delay_s, track.at_rest)
+                    placed.focus(setting, &sums, track.at_rest)
                 };
                 Ok(window.stretches.iter().map(of_stretch).collect::<Vec<_>>())
             })
@@ -86,8 +92,8 @@ pub(super) fn search(
     let (delay_s, offset_s) = (grid.delay(top), grid.offset(top));
     let in_focus = |stretch: Stretch| {
         let placed = Placed::at(&stretch, setting, track, start, offset_s, false);
-        let focus = placed.focus(setting, &track.profiles, &[delay_s], track.at_rest)[0];
-        (stretch, focus)
+        let at_delays = placed.focus(setting, &sums, track.at_rest);
+        (stretch, at_delays[top % grid.delay_s.len()])
     };
     let stretches = stretches(setting, track, start, offset_s);
     Ok(Start {

@@ -12,6 +12,7 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 pub(crate) mod cosine_power;
+pub(crate) mod delay_sums;
 pub(crate) mod direct;
 pub(crate) mod dispatch;
 pub(crate) mod lanes;
