@@ -196,13 +196,12 @@ impl Relief {
         let margin_m = BEYOND * reach_m.max(depth_m);
         let step_m = (reach_m + 2.0 * margin_m) / (STARTS - 1) as f64;
         let offset_m = |k: usize| k as f64 * step_m - margin_m;
-        let along: [f64; STARTS] = std::array::from_fn(|k| {
-            let is_open = search.least_m(distance_m, offset_m(k), 0.5 * step_m) < best.1;
-            match is_open {
-                true => search.optical_m(at(offset_m(k))),
-                false => f64::INFINITY,
+        let mut along = [f64::INFINITY; STARTS];
+        for (k, length_m) in along.iter_mut().enumerate() {
+            if search.least_m(distance_m, offset_m(k), 0.5 * step_m) < best.1 {
+                *length_m = search.optical_m(at(offset_m(k)));
             }
-        });
+        }
         let is_minimum = |k: &usize| {
             along[*k].is_finite()
                 && (*k == 0 || along[*k] <= along[*k - 1])
@@ -299,11 +298,10 @@ impl Search<'_> {
     }
 
     /// From the antenna to a crossing point, and from there to the point.
-    fn legs(&self, crossing: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        (
-            std::array::from_fn(|axis| crossing[axis] - self.antenna_m[axis]),
-            std::array::from_fn(|axis| self.point_m[axis] - crossing[axis]),
-        )
+    #[inline]
+    fn legs(&self, [x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let ([a, b, c], [p, q, r]) = (self.antenna_m, self.point_m);
+        ([x - a, y - b, z - c], [p - x, q - y, r - z])
     }
 
     /// The local minimum about a place, and the optical length there.
@@ -339,8 +337,9 @@ impl Search<'_> {
         let (a, b) = (norm(down).max(1e-12), norm(on).max(1e-12));
         let tangents = [[1.0, 0.0, facet.slope[0]], [0.0, 1.0, facet.slope[1]]];
         // Derivatives of the length by the crossing point.
-        let slope: [f64; 3] = std::array::from_fn(|k| down[k] / a - self.n * on[k] / b);
-        let gradient = tangents.map(|t| dot(slope, t));
+        let along = |k: usize| down[k] / a - self.n * on[k] / b;
+        let slope = [along(0), along(1), along(2)];
+        let gradient = [dot(slope, tangents[0]), dot(slope, tangents[1])];
         let second = |s: [f64; 3], t: [f64; 3], bend: f64| {
             (dot(s, t) - dot(s, down) * dot(t, down) / (a * a)) / a
                 + self.n * (dot(s, t) - dot(s, on) * dot(t, on) / (b * b)) / b

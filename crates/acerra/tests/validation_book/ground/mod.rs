@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use acerra_products::Outcome;
 use acerra_products::pictures;
+use rayon::prelude::*;
 
 use crate::page::Page;
 use scene::{Scene, Stated};
@@ -35,8 +36,13 @@ fn validation_book_ground() {
     );
     let (mut cylinders, mut found, mut listed, mut most_others) = (0, 0, 0, 0);
     let mut right = settings::RightDoubts::new();
-    for scene in Scene::all() {
-        let outcome = Stated::of(&scene).run().unwrap();
+    let images: Vec<(Scene, Outcome)> = (Scene::all().into_par_iter())
+        .map(|scene| {
+            let outcome = Stated::of(&scene).run().unwrap();
+            (scene, outcome)
+        })
+        .collect();
+    for (scene, outcome) in images {
         let compared = scene.compared(&outcome);
         if SHOWN.contains(&scene.name.as_str()) {
             page.speckled_picture(&format!("ground-{}", scene.name), &section(&outcome), 3);

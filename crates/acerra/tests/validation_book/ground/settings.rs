@@ -1,13 +1,13 @@
 //! Wrong settings of the ground: what becomes of the targets, and what the run says of the setting.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use acerra_chain::findings::Verdict;
 use acerra_products::{Outcome, RunError};
+use rayon::prelude::*;
 
 use super::COUNTS;
-use super::scene::{Scene, Stated};
+use super::scene::{Compared, Scene, Stated};
 
 const NOT_NOTICED: &str = "NOT NOTICED";
 
@@ -103,31 +103,26 @@ pub fn table(right: &RightDoubts) -> String {
     let mut text = format!(
         "| wrong setting | scene | {COUNTS} | named by |\n| --- | --- | --- | --- | --- | --- | --- | --- |\n"
     );
-    for Wrong {
-        name,
-        scene,
-        change,
-    } in WRONG
-    {
-        let scene = Scene::read(scene);
+    let rows: Vec<String> = WRONG.par_iter().map(|wrong| wrong.row(right)).collect();
+    text.push_str(&rows.concat());
+    println!("{text}");
+    assert!(!text.contains(NOT_NOTICED), "{text}");
+    text
+}
+
+impl Wrong {
+    /// The row of the table.
+    fn row(&self, right: &RightDoubts) -> String {
+        let Self { name, change, .. } = self;
+        let scene = Scene::read(self.scene);
         let mut stated = Stated::of(&scene);
         change(&mut stated);
-        let _ = match stated.run() {
+        match stated.run() {
             Ok(outcome) => {
                 let compared = scene.compared(&outcome);
-                let is_right =
-                    compared.found.iter().all(Option::is_some) && compared.others(true) <= 1;
-                let [mut doubts, unchecked] = remarks(&outcome);
-                doubts.retain(|name| !right[&scene.name].contains(name));
-                let named = match (doubts.is_empty(), is_right) {
-                    (false, _) => doubts.join(", "),
-                    (true, true) => "harmless".to_owned(),
-                    (true, false) if unchecked.is_empty() => NOT_NOTICED.to_owned(),
-                    (true, false) => format!("unchecked: {}", unchecked.join(", ")),
-                };
-                writeln!(
-                    text,
-                    "| {name} | {} | {} {named} |",
+                let named = named(&compared, &outcome, &right[&scene.name]);
+                format!(
+                    "| {name} | {} | {} {named} |\n",
                     scene.name,
                     compared.cells()
                 )
@@ -136,17 +131,26 @@ pub fn table(right: &RightDoubts) -> String {
                 let names: Vec<&str> = (found.lines())
                     .filter_map(|line| Some(line.trim().split_once(':')?.0))
                     .collect();
-                writeln!(
-                    text,
-                    "| {name} | {} | – | – | – | – | – | refused: {} |",
+                format!(
+                    "| {name} | {} | – | – | – | – | – | refused: {} |\n",
                     scene.name,
                     names.join(", ")
                 )
             }
             Err(error) => panic!("{name}: {error}"),
-        };
+        }
     }
-    println!("{text}");
-    assert!(!text.contains(NOT_NOTICED), "{text}");
-    text
+}
+
+/// How a run names its wrong setting; `right` are the findings that the right campaign raises.
+fn named(compared: &Compared, outcome: &Outcome, right: &[String]) -> String {
+    let is_right = compared.found.iter().all(Option::is_some) && compared.others(true) <= 1;
+    let [mut doubts, unchecked] = remarks(outcome);
+    doubts.retain(|name| !right.contains(name));
+    match (doubts.is_empty(), is_right) {
+        (false, _) => doubts.join(", "),
+        (true, true) => "harmless".to_owned(),
+        (true, false) if unchecked.is_empty() => NOT_NOTICED.to_owned(),
+        (true, false) => format!("unchecked: {}", unchecked.join(", ")),
+    }
 }
