@@ -27,6 +27,8 @@ pub struct Outcome {
     pub uncorrected: Option<Focused>,
     /// What it shows.
     pub measured: Measurement,
+    /// Whether each target exceeds the clutter at its depth below ground; empty above ground.
+    pub exceeds_clutter: Vec<bool>,
     /// Heights of the geoid, where a grid is given.
     pub geoid: Option<GeoidGrid>,
     /// Surveyed points, and the target nearest to each.

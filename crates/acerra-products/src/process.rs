@@ -5,7 +5,7 @@ use acerra_chain::calibrate::SurveyedPoint;
 use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::findings::{Evidence, Verdict};
 use acerra_chain::findings::{
-    weigh_autofocus, weigh_image, weigh_prepared, weigh_targets, weigh_unchecked,
+    exceed_clutter, weigh_autofocus, weigh_image, weigh_prepared, weigh_targets, weigh_unchecked,
 };
 use acerra_chain::focus::plan::ImageError;
 use acerra_chain::measure::MeasureError;
@@ -199,17 +199,19 @@ impl Ready {
             prepared,
             ..
         } = self;
-        let (measured, findings) = journal.stage("measure", |_| {
+        let (measured, exceeds_clutter, findings) = journal.stage("measure", |_| {
             let (measured, findings) = rayon::join(
                 || prepared.measure(&focused, &(&campaign.measure).into(), control),
                 || weigh_image(&prepared, &focused, control),
             );
-            Ok::<_, RunError>((measured?, findings?))
+            let measured = measured?;
+            let exceeds = exceed_clutter(&prepared, &focused, &measured.targets, control)?;
+            Ok::<_, RunError>((measured, exceeds, findings?))
         })?;
         for finding in findings {
             journal.evidence.add(finding);
         }
-        weigh_targets(&prepared, &focused, &measured.targets)
+        weigh_targets(&prepared, &focused, &measured.targets, &exceeds_clutter)
             .into_iter()
             .for_each(|finding| journal.evidence.add(finding));
         let surveyed = compared(&surveyed, &measured.targets);
@@ -242,6 +244,7 @@ impl Ready {
             uncorrected: None,
             surveyed,
             measured,
+            exceeds_clutter,
             evidence: journal.evidence.clone(),
             unchecked,
             warnings: journal.warnings.said().to_vec(),

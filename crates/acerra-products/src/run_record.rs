@@ -59,6 +59,9 @@ pub struct TargetRecord<'a> {
     /// `ground_permittivity` gives one; an error of the delay is not included.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_sigma_m: Option<f64>,
+    /// Whether the target exceeds the clutter at its depth by more than chance, of targets below ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exceeds_clutter: Option<bool>,
 }
 
 /// Depth of a target below the surface of `[ground]`, and its standard deviation (m).
@@ -107,7 +110,7 @@ fn permittivity_sigma(outcome: &Outcome) -> Option<f64> {
 }
 
 impl<'a> TargetRecord<'a> {
-    fn of(outcome: &Outcome, target: &'a Target) -> Self {
+    fn of(outcome: &Outcome, k: usize, target: &'a Target) -> Self {
         let frame = outcome.prepared.first().positions.earth_frame();
         let place = frame.map(|f| f.geodetic_from_enu([target.x_m, target.y_m, target.z_m]));
         let sigma = place_sigma(&outcome.prepared, target);
@@ -115,6 +118,7 @@ impl<'a> TargetRecord<'a> {
         Self {
             depth_m: depth.map(|[depth_m, _]| depth_m),
             depth_sigma_m: depth.map(|[_, sigma_m]| sigma_m),
+            exceeds_clutter: outcome.exceeds_clutter.get(k).copied(),
             target,
             place_deg_m: place.map(|p| [p.latitude_deg(), p.longitude_deg(), p.height_m]),
             height_above_geoid_m: place.and_then(|p| outcome.above_sea_m(&p)),
@@ -325,7 +329,8 @@ impl<'a> TargetsRecord<'a> {
             targets: measured
                 .targets
                 .iter()
-                .map(|target| TargetRecord::of(outcome, target))
+                .enumerate()
+                .map(|(k, target)| TargetRecord::of(outcome, k, target))
                 .collect(),
             frame: FrameRecord::of(&outcome.prepared.first().positions),
             image: &measured.statistics,

@@ -443,7 +443,8 @@ fn burials_have_depths_and_the_report_names_the_soil() {
     }
     for (name, expected) in [
         ("ground_permittivity", Some("agrees")),
-        ("shallow_targets", Some("agrees")),
+        ("clutter_targets", Some("agrees")),
+        ("ground_surface", Some("agrees")),
         ("depth_reach", Some("agrees")),
         // Images in air, whose sharpness says nothing of rays that are refracted.
         ("delay_sharpness", None),

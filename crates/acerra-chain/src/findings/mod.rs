@@ -20,6 +20,7 @@ pub(crate) mod coverage;
 mod delay;
 mod extent;
 mod grid;
+mod ground_surface;
 mod image;
 mod inversion;
 mod median;
@@ -41,7 +42,7 @@ mod unchecked;
 mod wander;
 
 pub use autofocus::weigh_autofocus;
-pub use targets::weigh_targets;
+pub use targets::{exceed_clutter, weigh_targets};
 pub use unchecked::{Unchecked, weigh_unchecked};
 
 pub use crate::journal::evidence::Evidence;
@@ -106,6 +107,7 @@ pub fn weigh_image(
     findings.extend(inversion::weigh(focused));
     findings.extend(extent::weigh(prepared, focused, control)?);
     findings.extend(permittivity::weigh(prepared, focused, control)?);
+    findings.extend(ground_surface::weigh(prepared, focused));
     for track in &prepared.tracks {
         let (background, (motion, range_focus)) = rayon::join(
             || background::weigh(prepared, focused, track, control),

@@ -3,15 +3,37 @@
 use acerra_imaging::metrics::Target;
 
 use super::{reach, side, target_focus};
+use crate::control::{Cancelled, Control};
 use crate::focus::Focused;
 use crate::journal::finding::{Finding, Verdict};
 use crate::position::aligned::Aligned;
 use crate::prepare::Prepared;
-use crate::soil::evidence::is_distinct;
+use crate::soil::evidence::distinct;
 
-/// Judges the targets of an image; no finding where no log holds traces, whose surface echo is known.
+/// Whether each target below ground exceeds the clutter at its depth: the probability that clutter alone has a maximum
+/// as strong anywhere in the image is below 1 %. Empty for images above ground.
+///
+/// # Errors
+/// The caller asked to stop.
+pub fn exceed_clutter(
+    prepared: &Prepared,
+    focused: &Focused,
+    targets: &[Target],
+    control: &Control<'_>,
+) -> Result<Vec<bool>, Cancelled> {
+    let places_m: Vec<[f64; 3]> = targets.iter().map(|t| [t.x_m, t.y_m, t.z_m]).collect();
+    distinct(prepared, focused, &places_m, control)
+}
+
+/// Judges the targets of an image, of which those below ground [exceed the clutter](exceed_clutter) or do not; no
+/// finding where no log holds traces, whose surface echo is known.
 #[must_use]
-pub fn weigh_targets(prepared: &Prepared, focused: &Focused, targets: &[Target]) -> Vec<Finding> {
+pub fn weigh_targets(
+    prepared: &Prepared,
+    focused: &Focused,
+    targets: &[Target],
+    exceeds_clutter: &[bool],
+) -> Vec<Finding> {
     let frequency_hz = &prepared.spectrum.frequency_hz;
     let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
         return Vec::new();
@@ -26,7 +48,12 @@ pub fn weigh_targets(prepared: &Prepared, focused: &Focused, targets: &[Target])
     let residues = targets.iter().filter(is_residue).count();
     let mut findings = vec![surface_residue(residues, targets.len())];
     findings.extend(side::weigh(prepared, targets));
-    findings.extend(shallow(prepared, focused, targets, cell_m));
+    findings.extend(clutter(
+        prepared,
+        focused,
+        (targets, exceeds_clutter),
+        cell_m,
+    ));
     findings.extend(reach::weigh(prepared, focused, targets));
     findings.extend(target_focus::weigh(prepared, focused, targets));
     findings
@@ -80,12 +107,11 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
 /// sidelobe.
 const SHALLOW_CELLS: f64 = 2.0;
 
-/// Counts the targets just below the surface of the ground that do not exceed other echoes at their depth;
-/// none for an image above the surface.
-fn shallow(
+/// Judges the targets below ground that do not exceed the clutter at their depth; none for an image above the surface.
+fn clutter(
     prepared: &Prepared,
     focused: &Focused,
-    targets: &[Target],
+    (targets, exceeds_clutter): (&[Target], &[bool]),
     cell_m: f64,
 ) -> Option<Finding> {
     let underground = focused.underground.as_ref()?;
@@ -95,24 +121,34 @@ fn shallow(
         true => prepared.scene.ground.below_m(target.x_m, target.y_m),
         false => underground.surface_z_m,
     };
-    let is_shallow = |target: &&Target| (0.0..least_m).contains(&(surface_m(target) - target.z_m));
-    let is_residue =
-        |target: &&Target| !is_distinct(prepared, focused, [target.x_m, target.y_m, target.z_m]);
-    let count = targets.iter().filter(is_shallow).filter(is_residue).count();
-    Some(shallow_targets(count, targets.len(), least_m))
+    let is_shallow = |target: &Target| (0.0..least_m).contains(&(surface_m(target) - target.z_m));
+    let weak =
+        || (targets.iter().zip(exceeds_clutter).enumerate()).filter(|(_, (_, exceeds))| !**exceeds);
+    let numbers: Vec<usize> = weak().map(|(k, _)| k + 1).collect();
+    let shallow = weak().filter(|(_, (target, _))| is_shallow(target)).count();
+    Some(clutter_targets(&numbers, targets.len(), (shallow, least_m)))
 }
 
-fn shallow_targets(count: usize, targets: usize, least_m: f64) -> Finding {
-    let verdict = if count > 0 {
+/// The finding on the targets of these numbers; `shallow` of them are less than `least_m` below the surface.
+fn clutter_targets(numbers: &[usize], targets: usize, (shallow, least_m): (usize, f64)) -> Finding {
+    let verdict = if shallow > 0 {
         Verdict::Doubtful
     } else {
         Verdict::Agrees
     };
+    let count = numbers.len();
+    let named = match numbers {
+        [] => String::new(),
+        _ => {
+            let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+            format!(" (number {})", numbers.join(", "))
+        }
+    };
     let place = format!(
-        "{count} of {targets} targets are shallower than {least_m:.3} m, two cells of depth, and no stronger than chance \
-         among the residues of the surface echo at their depth"
+        "{count} of {targets} targets{named} are no stronger than chance among the other echoes at their depth; {shallow} \
+         of these are shallower than {least_m:.3} m, two cells of depth, where residues of the surface echo lie"
     );
-    Finding::judged("shallow_targets", count as f64, "targets", verdict)
+    Finding::judged("clutter_targets", count as f64, "targets", verdict)
         .expecting(0.0)
         .because(match verdict {
             Verdict::Agrees => place,
@@ -154,14 +190,17 @@ mod tests {
     }
 
     #[test]
-    fn targets_just_below_the_surface_are_doubtful() {
-        assert_eq!(shallow_targets(0, 3, 0.06).verdict, Verdict::Agrees);
-        let found = shallow_targets(2, 7, 0.057);
+    fn weak_targets_just_below_the_surface_are_doubtful() {
+        let of = |numbers: &[usize], shallow| clutter_targets(numbers, 7, (shallow, 0.057));
+        assert_eq!(of(&[], 0).verdict, Verdict::Agrees);
+        assert_eq!(of(&[7], 0).verdict, Verdict::Agrees);
+        let found = of(&[3, 7], 1);
         assert_eq!(found.verdict, Verdict::Doubtful);
         assert!(
-            found
-                .explanation
-                .starts_with("2 of 7 targets are shallower than 0.057 m")
+            (found.explanation)
+                .starts_with("2 of 7 targets (number 3, 7) are no stronger than chance"),
+            "{}",
+            found.explanation
         );
     }
 

@@ -12,7 +12,7 @@ use crate::prepare::Prepared;
 
 /// Deviation of the delay between the surface's echo and another, in resolution cells; and where no echo of the surface
 /// is seen, so that the zero of fast time counts as stated.
-const TIMING_CELLS: f64 = 0.1;
+pub(crate) const TIMING_CELLS: f64 = 0.1;
 const UNSEEN_CELLS: f64 = 0.5;
 
 /// Likelihood of the permittivities by the buried points of an image; none for an image that is no volume
@@ -91,13 +91,23 @@ pub(crate) fn bench<'a>(
     Some((bench, cell_m, excess_path_m))
 }
 
-/// Whether the echo of a target exceeds the clutter at its depth significantly; true of images above ground.
-pub(crate) fn is_distinct(prepared: &Prepared, focused: &Focused, place_m: [f64; 3]) -> bool {
+/// Whether the echo of each place below ground exceeds the clutter at its depth by more than chance; empty for images
+/// above ground.
+pub(crate) fn distinct(
+    prepared: &Prepared,
+    focused: &Focused,
+    places_m: &[[f64; 3]],
+    control: &Control<'_>,
+) -> Result<Vec<bool>, Cancelled> {
     let Some((bench, ..)) = bench(prepared, focused) else {
-        return true;
+        return Ok(Vec::new());
     };
-    // A ground or place that cannot be imaged has no targets.
-    bench.distinct(place_m).is_ok_and(|found| found.is_some())
+    let is_distinct = places_m.par_iter().map(|place_m| {
+        control.check()?;
+        // A ground or place that cannot be imaged has no targets.
+        Ok((bench.distinct(*place_m)).is_ok_and(|found| found.is_some()))
+    });
+    is_distinct.collect()
 }
 
 /// Points without those that are the echo from one point by way of another. The points come strongest first;

@@ -88,39 +88,64 @@ impl Relief {
         self.span_m
     }
 
-    /// The four nodes about a coordinate along an axis, its fraction of the cell between the middle two, and whether it
-    /// is beyond the edges, where the height is that of the edge.
-    fn nodes(&self, axis: usize, coordinate_m: f64) -> ([usize; 4], f64, bool) {
+    /// The first of the four nodes about a coordinate along an axis, the fraction of the cell between the middle two, and
+    /// whether the coordinate is beyond the edges, where the height is that of the edge. The first node may be one before
+    /// the lattice.
+    #[inline]
+    fn nodes(&self, axis: usize, coordinate_m: f64) -> (usize, f64, bool) {
         let size = [self.columns, self.height_m.len() / self.columns][axis];
         let last = (size - 1) as f64;
         let place = (coordinate_m - self.origin_m[axis]) / self.step_m;
         let held = place.clamp(0.0, last);
-        let cell = held.floor().min((last - 1.0).max(0.0));
-        let node = |k: usize| (cell as usize + k).saturating_sub(1).min(size - 1);
-        (std::array::from_fn(node), held - cell, place != held)
+        let cell = (held as usize).min(size.saturating_sub(2));
+        (cell, held - cell as f64, place != held)
+    }
+
+    /// Heights of the 4 × 4 nodes whose second node in both directions is `[column, row]`, m.
+    #[inline]
+    fn patch(&self, [column, row]: [usize; 2]) -> [[f64; 4]; 4] {
+        let (columns, rows) = (self.columns, self.height_m.len() / self.columns);
+        let is_inside = column >= 1 && row >= 1 && column + 2 < columns && row + 2 < rows;
+        let mut patch = [[0.0; 4]; 4];
+        if is_inside {
+            let first = (row - 1) * columns + column - 1;
+            for (k, nodes) in patch.iter_mut().enumerate() {
+                nodes.copy_from_slice(&self.height_m[first + k * columns..][..4]);
+            }
+        } else {
+            let held =
+                |node: usize, k: usize, size: usize| (node + k).saturating_sub(1).min(size - 1);
+            for (k, nodes) in patch.iter_mut().enumerate() {
+                let first = held(row, k, rows) * columns;
+                for (j, node) in nodes.iter_mut().enumerate() {
+                    *node = self.height_m[first + held(column, j, columns)];
+                }
+            }
+        }
+        patch
     }
 
     /// The surface at `[x, y]`.
     #[must_use]
     pub fn at(&self, place_m: [f64; 2]) -> Facet {
-        let [(columns, across), (rows, along)] = [0, 1].map(|axis| {
-            let (nodes, fraction, is_beyond) = self.nodes(axis, place_m[axis]);
+        let [(column, across), (row, along)] = [0, 1].map(|axis| {
+            let (node, fraction, is_beyond) = self.nodes(axis, place_m[axis]);
             let mut weights = keys(fraction, 1.0 / self.step_m);
             if is_beyond {
                 weights[1] = [0.0; 4];
                 weights[2] = [0.0; 4];
             }
-            (nodes, weights)
+            (node, weights)
         });
         // Of every row the height and its derivatives along x.
-        let of_rows = rows.map(|row| {
-            let heights_m = &self.height_m[row * self.columns..(row + 1) * self.columns];
-            let nodes_m = columns.map(|column| heights_m[column]);
-            across.map(|weights| (0..4).map(|k| weights[k] * nodes_m[k]).sum::<f64>())
-        });
-        let sum = |dx: usize, dy: usize| -> f64 {
-            (0..4).map(|row| along[dy][row] * of_rows[row][dx]).sum()
-        };
+        let patch = self.patch([column, row]);
+        let mut of_rows = [[0.0; 4]; 3];
+        for (order, weights) in across.iter().enumerate() {
+            for (sum, nodes) in of_rows[order].iter_mut().zip(&patch) {
+                *sum = product(weights, nodes);
+            }
+        }
+        let sum = |dx: usize, dy: usize| product(&along[dy], &of_rows[dx]);
         Facet {
             height_m: sum(0, 0),
             slope: [sum(1, 0), sum(0, 1)],
@@ -131,24 +156,20 @@ impl Relief {
     /// Height at `[x, y]`, m, as by [`Relief::at`].
     #[must_use]
     pub fn height_m(&self, place_m: [f64; 2]) -> f64 {
-        let [(columns, across), (rows, along)] = [0, 1].map(|axis| {
-            let (nodes, fraction, _) = self.nodes(axis, place_m[axis]);
-            (nodes, weights(fraction))
-        });
-        (rows.iter().zip(along))
-            .map(|(row, weight)| {
-                let row = &self.height_m[row * self.columns..(row + 1) * self.columns];
-                let sum: f64 = (columns.iter().zip(across)).map(|(k, w)| w * row[*k]).sum();
-                weight * sum
-            })
-            .sum()
+        let (column, across, _) = self.nodes(0, place_m[0]);
+        let (row, along, _) = self.nodes(1, place_m[1]);
+        let (across, along) = (weights(across), weights(along));
+        let patch = self.patch([column, row]);
+        let of_rows = [0, 1, 2, 3].map(|k: usize| product(&across, &patch[k]));
+        product(&along, &of_rows)
     }
 
     /// The earliest ray from an antenna above the surface to a point below it, in soil of refractive index `n`.
     ///
-    /// Local minima of the optical length along the vertical plane through antenna and point are refined by
-    /// Newton's method on the surface; the earliest arrival is used. Spreading and transmission are computed
-    /// for the tangent plane.
+    /// The minimum about the crossing of level ground is refined by Newton's method on the surface. Strips of the ground
+    /// across the vertical plane through antenna and point are left out where no crossing of any height can be earlier;
+    /// in the others local minima along that plane are refined as well. The earliest arrival is used. Spreading and
+    /// transmission are computed for the tangent plane.
     #[must_use]
     pub fn ray(&self, n: f64, antenna_m: [f64; 3], point_m: [f64; 3]) -> Ray {
         let search = Search {
@@ -163,27 +184,41 @@ impl Relief {
             0.0 => [1.0, 0.0],
             _ => towards_m.map(|v| v / distance_m),
         };
-        let depth_m = (self.height_m([point_m[0], point_m[1]]) - point_m[2]).max(0.0);
+        let at = |offset_m: f64| [0, 1].map(|axis| point_m[axis] + offset_m * towards[axis]);
+        let surface_m = self.height_m([point_m[0], point_m[1]]);
+        let depth_m = (surface_m - point_m[2]).max(0.0);
+        let height_m = (antenna_m[2] - surface_m).max(1e-12);
+        // The straight line's crossing, moved towards the point as refraction does near the vertical.
+        let start_m = distance_m * depth_m / (n * (height_m + depth_m));
+        let mut best = search.refine(at(start_m));
         let critical = CRITICAL_ROOM / (n * n - 1.0).max(1e-6).sqrt();
         let reach_m = distance_m.min(depth_m * REACH_DEPTHS.max(critical));
         let margin_m = BEYOND * reach_m.max(depth_m);
-        let place = |k: usize| {
-            let share = k as f64 / (STARTS - 1) as f64;
-            let offset_m = share * (reach_m + 2.0 * margin_m) - margin_m;
-            [0, 1].map(|axis| point_m[axis] + offset_m * towards[axis])
-        };
-        let along: [f64; STARTS] = std::array::from_fn(|k| search.optical_m(place(k)));
+        let step_m = (reach_m + 2.0 * margin_m) / (STARTS - 1) as f64;
+        let offset_m = |k: usize| k as f64 * step_m - margin_m;
+        let mut along = [f64::INFINITY; STARTS];
+        for (k, length_m) in along.iter_mut().enumerate() {
+            if search.least_m(distance_m, offset_m(k), 0.5 * step_m) < best.1 {
+                *length_m = search.optical_m(at(offset_m(k)));
+            }
+        }
         let is_minimum = |k: &usize| {
-            (*k == 0 || along[*k] <= along[*k - 1])
+            along[*k].is_finite()
+                && (*k == 0 || along[*k] <= along[*k - 1])
                 && (*k + 1 == STARTS || along[*k] <= along[*k + 1])
         };
-        let mut minima: Vec<usize> = (0..STARTS).filter(is_minimum).collect();
+        let mut minima = [0; STARTS];
+        let mut count = 0;
+        for k in (0..STARTS).filter(is_minimum) {
+            minima[count] = k;
+            count += 1;
+        }
+        let minima = &mut minima[..count];
         minima.sort_by(|a, b| along[*a].total_cmp(&along[*b]));
-        let mut best = ([point_m[0], point_m[1]], f64::INFINITY);
         for k in minima.iter().take(REFINED) {
-            let (_, gain) = search.newton_step(place(*k));
+            let (_, gain) = search.newton_step(at(offset_m(*k)));
             if along[*k] - GAIN_ROOM * gain < best.1 {
-                let found = search.refine(place(*k));
+                let found = search.refine(at(offset_m(*k)));
                 best = if found.1 < best.1 { found } else { best };
             }
         }
@@ -191,7 +226,13 @@ impl Relief {
     }
 }
 
+#[inline]
+fn product(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+}
+
 /// Keys' weights of four nodes at a fraction of a cell.
+#[inline]
 fn weights(t: f64) -> [f64; 4] {
     let s = t * t;
     let cube = s * t;
@@ -234,12 +275,33 @@ impl Search<'_> {
         norm(down) + self.n * norm(on)
     }
 
+    /// Lower bound of the optical length through a strip across the plane of antenna and point, which are `distance_m`
+    /// apart: the strip reaches `half_m` to either side of `offset_m` from the point, at any height of the surface (m).
+    fn least_m(&self, distance_m: f64, offset_m: f64, half_m: f64) -> f64 {
+        let [lowest_m, highest_m] = self.relief.span_m();
+        let below_m = (offset_m.abs() - half_m).max(0.0);
+        let above_m = ((distance_m - offset_m).abs() - half_m).max(0.0);
+        let lengths_m = |antenna_over_m: f64, point_under_m: f64| {
+            let [up_m, down_m] = [antenna_over_m, point_under_m].map(|m| m.max(0.0));
+            let a = (above_m * above_m + up_m * up_m).sqrt();
+            let b = (below_m * below_m + down_m * down_m).sqrt();
+            (a, b, up_m, down_m)
+        };
+        let (antenna_m, point_m) = (self.antenna_m[2], self.point_m[2]);
+        let (a, b, up_m, down_m) = lengths_m(antenna_m - lowest_m, lowest_m - point_m);
+        // Convex in the height: where it rises at the lowest height, it is least there.
+        if point_m <= lowest_m && self.n * down_m * a >= up_m * b {
+            return a + self.n * b;
+        }
+        let (a, ..) = lengths_m(antenna_m - highest_m, 0.0);
+        a + self.n * b
+    }
+
     /// From the antenna to a crossing point, and from there to the point.
-    fn legs(&self, crossing: [f64; 3]) -> ([f64; 3], [f64; 3]) {
-        (
-            std::array::from_fn(|axis| crossing[axis] - self.antenna_m[axis]),
-            std::array::from_fn(|axis| self.point_m[axis] - crossing[axis]),
-        )
+    #[inline]
+    fn legs(&self, [x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let ([a, b, c], [p, q, r]) = (self.antenna_m, self.point_m);
+        ([x - a, y - b, z - c], [p - x, q - y, r - z])
     }
 
     /// The local minimum about a place, and the optical length there.
@@ -275,8 +337,9 @@ impl Search<'_> {
         let (a, b) = (norm(down).max(1e-12), norm(on).max(1e-12));
         let tangents = [[1.0, 0.0, facet.slope[0]], [0.0, 1.0, facet.slope[1]]];
         // Derivatives of the length by the crossing point.
-        let slope: [f64; 3] = std::array::from_fn(|k| down[k] / a - self.n * on[k] / b);
-        let gradient = tangents.map(|t| dot(slope, t));
+        let along = |k: usize| down[k] / a - self.n * on[k] / b;
+        let slope = [along(0), along(1), along(2)];
+        let gradient = [dot(slope, tangents[0]), dot(slope, tangents[1])];
         let second = |s: [f64; 3], t: [f64; 3], bend: f64| {
             (dot(s, t) - dot(s, down) * dot(t, down) / (a * a)) / a
                 + self.n * (dot(s, t) - dot(s, on) * dot(t, on) / (b * b)) / b
@@ -385,9 +448,10 @@ mod tests {
     /// Against a dense search over the surface: no crossing is earlier than the one found.
     #[test]
     fn no_crossing_of_uneven_ground_is_earlier() {
-        let relief = waves(0.03, 0.7);
+        let reliefs = [0.7, 0.35].map(|length_m| waves(0.03, length_m));
         let mut random = Random(9);
-        for _ in 0..12 {
+        for k in 0..24 {
+            let relief = &reliefs[k % 2];
             let antenna = [0.1, -0.2, uniform(&mut random, 0.4, 3.0)];
             let point = [
                 uniform(&mut random, -1.0, 1.0),
@@ -395,7 +459,7 @@ mod tests {
                 uniform(&mut random, -0.6, -0.05),
             ];
             let search = Search {
-                relief: &relief,
+                relief,
                 n: 2.0,
                 antenna_m: antenna,
                 point_m: point,
@@ -411,6 +475,35 @@ mod tests {
             assert!(found <= least + 1e-9, "{found} {least}");
             assert!(found > least - 5e-4, "{found} {least}");
         }
+    }
+
+    /// A strip is left out by a bound that no crossing within it falls below, wherever the crossing is.
+    #[test]
+    fn no_crossing_is_earlier_than_the_bound_of_its_strip() {
+        let reliefs = [0.0, 0.05].map(|amplitude_m| waves(amplitude_m, 0.7));
+        let mut random = Random(21);
+        let mut closest = f64::INFINITY;
+        for _ in 0..20_000 {
+            let relief = &reliefs[random.below(2)];
+            let distance_m = uniform(&mut random, 0.0, 2.0);
+            let search = Search {
+                relief,
+                n: uniform(&mut random, 1.0, 5.0),
+                antenna_m: [distance_m, 0.0, uniform(&mut random, 0.1, 3.0)],
+                point_m: [0.0, 0.0, uniform(&mut random, -1.0, 0.02)],
+            };
+            let (offset_m, half_m) = (
+                uniform(&mut random, -1.0, 2.0),
+                uniform(&mut random, 0.0, 0.1),
+            );
+            let within_m = uniform(&mut random, -half_m, half_m);
+            let place = [offset_m + within_m, uniform(&mut random, -0.1, 0.1)];
+            let least_m = search.least_m(distance_m, offset_m, half_m);
+            let spare_m = search.optical_m(place) - least_m;
+            assert!(spare_m > -1e-12, "{spare_m}");
+            closest = closest.min(spare_m);
+        }
+        assert!(closest < 1e-2, "{closest}");
     }
 
     #[test]

@@ -8,6 +8,7 @@
 mod autofocus;
 mod campaign;
 mod flights;
+mod ground;
 mod page;
 mod positions;
 mod resolution;
