@@ -50,7 +50,7 @@ pub(crate) fn place_sigma(prepared: &Prepared, target: &Target) -> Option<PlaceS
         range_sigma_m,
     ));
     let by_clock_m = track.map_or(0.0, |track| {
-        clock_sigma_s(track) * speed_m_s(aligned, &track.range, nearest)
+        clock_sigma_s(track) * speed_m_s(aligned, &track.range, nearest, range_m)
     });
     Some(PlaceSigma {
         along_m: horizontal_m.hypot(by_clock_m),
@@ -90,20 +90,22 @@ fn of_arm_m(horizontal_m: f64, up_m: f64) -> [f64; 2] {
     ]
 }
 
-/// Traces to each side over which the speed is averaged.
-const SPEED_TRACES: usize = 5;
-
-/// Horizontal speed about one of the traces of a track (m/s).
-fn speed_m_s(aligned: &Aligned, track: &Range<usize>, at: usize) -> f64 {
-    let first = at.saturating_sub(SPEED_TRACES).max(track.start);
-    let last = (at + SPEED_TRACES).min(track.end.saturating_sub(1));
-    let [a, b] = [first, last].map(|k| aligned.position_m[k]);
-    let duration_s = aligned.time_s[last] - aligned.time_s[first];
-    if duration_s > 0.0 {
-        (b[0] - a[0]).hypot(b[1] - a[1]) / duration_s
-    } else {
-        0.0
-    }
+/// Horizontal speed (m/s) at which a track passes a target, averaged over the path within `reach_m` of the trace nearest
+/// to the target: a halt adds no path, and leaves the place to the traces before and after the halt.
+fn speed_m_s(aligned: &Aligned, track: &Range<usize>, nearest: usize, reach_m: f64) -> f64 {
+    let level_m = |a: usize, b: usize| {
+        let [a, b] = [a, b].map(|k| aligned.position_m[k]);
+        (b[0] - a[0]).hypot(b[1] - a[1])
+    };
+    let steps = (track.start..track.end.saturating_sub(1)).filter_map(|k| {
+        let duration_s = aligned.time_s[k + 1] - aligned.time_s[k];
+        let is_near = level_m(k, nearest) <= reach_m && duration_s > 0.0;
+        is_near.then(|| (level_m(k, k + 1), duration_s))
+    });
+    let (path_m, weighted) = steps.fold((0.0, 0.0), |(path_m, weighted), (step_m, duration_s)| {
+        (path_m + step_m, weighted + step_m * step_m / duration_s)
+    });
+    if path_m > 0.0 { weighted / path_m } else { 0.0 }
 }
 
 fn displacement_m(y_m: f64, height_m: f64, sigma_m: f64) -> f64 {
@@ -125,9 +127,26 @@ mod tests {
             time_s: (0..20).map(|k| 0.1 * f64::from(k % 10)).collect(),
             ..Aligned::default()
         };
-        assert!((speed_m_s(&aligned, &(0..10), 9) - 1.0).abs() < 1e-12);
-        assert!((speed_m_s(&aligned, &(10..20), 10) - 3.0).abs() < 1e-12);
-        assert!(speed_m_s(&aligned, &(4..5), 4).abs() < f64::EPSILON);
+        assert!((speed_m_s(&aligned, &(0..10), 9, 5.0) - 1.0).abs() < 1e-12);
+        assert!((speed_m_s(&aligned, &(10..20), 10, 5.0) - 3.0).abs() < 1e-12);
+        assert!(speed_m_s(&aligned, &(4..5), 4, 5.0).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn a_halt_beside_a_target_leaves_the_speed_before_and_after_it() {
+        // 1.5 m/s, ten seconds at the origin, 1.5 m/s.
+        let place = |k: u32| {
+            let t = 0.1 * f64::from(k);
+            let moving_s = (t - 4.0).min(0.0) + (t - 14.0).max(0.0);
+            [1.5 * moving_s, 0.0, 5.0]
+        };
+        let aligned = Aligned {
+            position_m: (0..180).map(place).collect(),
+            time_s: (0..180).map(|k| 0.1 * f64::from(k)).collect(),
+            ..Aligned::default()
+        };
+        let speed = speed_m_s(&aligned, &(0..180), 90, 5.0);
+        assert!((speed - 1.5).abs() < 1e-9, "{speed}");
     }
 
     #[test]

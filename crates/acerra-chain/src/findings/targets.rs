@@ -141,7 +141,7 @@ fn clutter_targets(numbers: &[usize], targets: usize, (shallow, least_m): (usize
         [] => String::new(),
         _ => {
             let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
-            format!(" (number {})", numbers.join(", "))
+            format!(" (no. {})", numbers.join(", "))
         }
     };
     let place = format!(
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(found.verdict, Verdict::Doubtful);
         assert!(
             (found.explanation)
-                .starts_with("2 of 7 targets (number 3, 7) are no stronger than chance"),
+                .starts_with("2 of 7 targets (no. 3, 7) are no stronger than chance"),
             "{}",
             found.explanation
         );

@@ -121,10 +121,11 @@ impl Setting {
                 setting: "relative_permittivity",
                 explanation: "the permittivity of the ground sets every depth: an error of 10 % of it moves depths by \
                               5 %, and 1 cm of water on top that no layer states moves them by 9 cm over the index \
-                              of the soil. No echo of a buried point exceeds the clutter, or their hyperbolas, seen from above, \
-                              hardly change with it: the finding ground_permittivity, where there is one, gives bounds \
-                              ([ground] relative_permittivity, surface_z_m). A target at a known depth, or a sample of \
-                              the soil, determines it.",
+                              of the soil; a wrong thickness of a layer moves what is below the layer. No echo of a \
+                              buried point exceeds the clutter, or their hyperbolas, seen from above, hardly change \
+                              with it: the finding ground_permittivity, where there is one, gives bounds ([ground] \
+                              relative_permittivity, surface_z_m, [[ground.layer]]). A target at a known depth, or a \
+                              sample of the soil, determines it.",
             },
             Self::AntennaAxis => Unchecked {
                 setting: "antenna_axis",
