@@ -172,22 +172,22 @@ pub(super) fn height_cues(
 /// ones.
 fn surfaces(cues: Vec<HeightCue>) -> Vec<HeightCue> {
     let followed = cues.iter().filter(|cue| cue.is_followed());
-    let followed = seen(followed.cloned().collect(), BEYOND_DOUBT);
+    let followed = seen(followed.cloned().collect());
     if followed.iter().any(HeightCue::is_beyond_doubt) {
         followed
     } else {
-        seen(cues, OF_A_PART)
+        seen(cues)
     }
 }
 
 /// The echoes most of whose picks are no strays. Where none of these is beyond doubt and all echoes beyond doubt give one
-/// offset, also those that are seen for a part of the flight, with an evidence of `of_a_part` at least.
-fn seen(mut cues: Vec<HeightCue>, of_a_part: f64) -> Vec<HeightCue> {
+/// offset, also those that are seen for a part of the flight, with the evidence of [`OF_A_PART`].
+fn seen(mut cues: Vec<HeightCue>) -> Vec<HeightCue> {
     let is_seen = |cue: &HeightCue| cue.stray_share <= MOST_STRAYS;
     let admits_parts = !cues.iter().any(|cue| is_seen(cue) && cue.is_beyond_doubt())
         && are_near(cues.iter().filter(|cue| cue.is_beyond_doubt()));
     cues.retain(|cue| {
-        let is_seen_in_part = cue.evidence >= of_a_part && cue.strays_about <= MOST_STRAYS;
+        let is_seen_in_part = cue.evidence >= OF_A_PART && cue.strays_about <= MOST_STRAYS;
         is_seen(cue) || (admits_parts && is_seen_in_part)
     });
     cues
@@ -692,7 +692,7 @@ mod tests {
             let of = surfaces(cues.to_vec());
             of.iter().map(|cue| cue.offset_s).collect::<Vec<_>>()
         };
-        let followed_in_part = cue(0.0, [0.55, 0.05, 0.05, 8.0]);
+        let followed_in_part = cue(0.0, [0.55, 0.05, 0.05, 14.0]);
         let crossing = cue(-0.14, [0.81, 0.18, 0.05, 21.7]);
         let loose = cue(-0.17, [0.38, 0.12, 0.7, 22.5]);
         assert_eq!(
@@ -701,7 +701,7 @@ mod tests {
         );
         assert_eq!(offsets(&[loose.clone(), followed_in_part.clone()]), [0.0]);
         // Two that are followed in part do not give one offset: only the one that is seen counts.
-        let elsewhere = cue(3.0, [0.6, 0.05, 0.05, 9.0]);
+        let elsewhere = cue(3.0, [0.6, 0.05, 0.05, 15.0]);
         let both = [loose.clone(), followed_in_part, elsewhere];
         assert_eq!(offsets(&both), [-0.17]);
         // None is followed.
