@@ -268,7 +268,7 @@ impl Section<'_> {
         // the logarithms, which a strong echo in a few traces does not raise. Where the ground itself is seen
         // in few traces, its echo is the highest peak of the sum.
         let delay = |levels: &[f64]| {
-            let peak = highest_peak(levels, &is_searched)?;
+            let peak = highest_peak(levels, is_searched)?;
             let delay_s = stack[peak].delay_s + step * peak_offset(levels, peak);
             Some((delay_s, contrast_db(peak)))
         };
