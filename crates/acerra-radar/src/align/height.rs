@@ -168,16 +168,14 @@ pub(super) fn height_cues(
     Ok(cues)
 }
 
-/// The echoes that may be the surface: where one that is [followed](HeightCue::is_followed) is beyond doubt, the followed
-/// ones.
+/// The echoes that may be the surface: of those [seen], the ones that are [followed](HeightCue::is_followed) where one of
+/// these is beyond doubt.
 fn surfaces(cues: Vec<HeightCue>) -> Vec<HeightCue> {
-    let followed = cues.iter().filter(|cue| cue.is_followed());
-    let followed = seen(followed.cloned().collect());
-    if followed.iter().any(HeightCue::is_beyond_doubt) {
-        followed
-    } else {
-        seen(cues)
+    let mut cues = seen(cues);
+    if (cues.iter()).any(|cue| cue.is_followed() && cue.is_beyond_doubt()) {
+        cues.retain(HeightCue::is_followed);
     }
+    cues
 }
 
 /// The echoes most of whose picks are no strays. Where none of these is beyond doubt and all echoes beyond doubt give one
@@ -692,20 +690,16 @@ mod tests {
             let of = surfaces(cues.to_vec());
             of.iter().map(|cue| cue.offset_s).collect::<Vec<_>>()
         };
-        let followed_in_part = cue(0.0, [0.55, 0.05, 0.05, 14.0]);
+        let followed = cue(0.0, [0.45, 0.05, 0.05, 14.0]);
         let crossing = cue(-0.14, [0.81, 0.18, 0.05, 21.7]);
         let loose = cue(-0.17, [0.38, 0.12, 0.7, 22.5]);
-        assert_eq!(
-            offsets(&[crossing.clone(), followed_in_part.clone()]),
-            [0.0]
-        );
-        assert_eq!(offsets(&[loose.clone(), followed_in_part.clone()]), [0.0]);
-        // Two that are followed in part do not give one offset: only the one that is seen counts.
-        let elsewhere = cue(3.0, [0.6, 0.05, 0.05, 15.0]);
-        let both = [loose.clone(), followed_in_part, elsewhere];
-        assert_eq!(offsets(&both), [-0.17]);
+        assert_eq!(offsets(&[crossing.clone(), followed.clone()]), [0.0]);
+        assert_eq!(offsets(&[loose.clone(), followed]), [0.0]);
         // None is followed.
-        assert_eq!(offsets(&[crossing, loose]), [-0.17]);
+        assert_eq!(offsets(&[crossing, loose.clone()]), [-0.17]);
+        // One that is followed in a part of the flight counts for nothing beside one that is seen.
+        let in_part = cue(0.0, [0.55, 0.05, 0.05, 14.0]);
+        assert_eq!(offsets(&[in_part, loose]), [-0.17]);
     }
 
     #[test]

@@ -14,10 +14,8 @@ pub(super) fn surface_at(cues: Vec<HeightCue>, offset_s: f64) -> Option<HeightCu
     let worth = |cue: &HeightCue| cue.evidence - cue.curve.best().1 + cue.curve.at(offset_s);
     let speaking = || cues.iter().filter(|cue| worth(cue) > 0.0);
     let best = speaking().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
-    // Envelopes are compared over the same flight: close to the ground every echo is strong.
     let moves_along = |cue: &&HeightCue| {
-        2 * cue.picks >= best.picks
-            && (cue.delay_s - best.delay_s).abs() < LOBES_S
+        (cue.delay_s - best.delay_s).abs() < LOBES_S
             && (cue.offset_s - best.offset_s).abs() <= SAME_OFFSET_S
     };
     speaking()

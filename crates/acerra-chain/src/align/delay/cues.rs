@@ -13,10 +13,8 @@ pub struct DelayCue {
     pub sigma_s: f64,
 }
 
-/// Log-likelihood over an unrelated echo from which the echo that follows the height is accepted; and where the echo
-/// [follows it trace after trace](acerra_radar::align::HeightCue::is_followed).
+/// Log-likelihood over an unrelated echo from which the echo that follows the height is accepted.
 const LEAST_EVIDENCE: f64 = 12.0;
-const LEAST_FOLLOWED: f64 = 6.0;
 /// Roughness of ordinary ground as the surface echo shows it (s): 5 cm; and where in its pulse the
 /// echo is picked (s).
 const GROUND_ROUGHNESS_S: f64 = 0.33e-9;
@@ -45,12 +43,7 @@ impl DelayCue {
 #[must_use]
 pub fn surface_delay(likelihood: &OffsetLikelihood) -> Option<DelayCue> {
     let cue = likelihood.height.as_ref()?;
-    let least = if cue.is_followed() {
-        LEAST_FOLLOWED
-    } else {
-        LEAST_EVIDENCE
-    };
-    (cue.evidence >= least).then(|| DelayCue {
+    (cue.evidence >= LEAST_EVIDENCE).then(|| DelayCue {
         delay_s: cue.delay_s,
         sigma_s: cue
             .delay_sigma_s
