@@ -90,18 +90,19 @@ fn of_arm_m(horizontal_m: f64, up_m: f64) -> [f64; 2] {
     ]
 }
 
-/// Horizontal speed (m/s) at which a track passes a target, averaged over the path within `reach_m` of the trace nearest
-/// to the target: a halt adds no path, and leaves the place to the traces before and after the halt.
+/// Horizontal speed (m/s) at which a track passes a target: that of the path along its lines within `reach_m` of the trace
+/// nearest to the target. A halt adds no path, and leaves the place to the traces before and after the halt.
 fn speed_m_s(aligned: &Aligned, track: &Range<usize>, nearest: usize, reach_m: f64) -> f64 {
     let level_m = |a: usize, b: usize| {
         let [a, b] = [a, b].map(|k| aligned.position_m[k]);
         (b[0] - a[0]).hypot(b[1] - a[1])
     };
-    let steps = (track.start..track.end.saturating_sub(1)).filter_map(|k| {
-        let duration_s = aligned.time_s[k + 1] - aligned.time_s[k];
-        let is_near = level_m(k, nearest) <= reach_m && duration_s > 0.0;
-        is_near.then(|| (level_m(k, k + 1), duration_s))
-    });
+    let steps = (aligned.lines(track.clone()).into_iter())
+        .flat_map(|line| line.start..line.end.saturating_sub(1))
+        .map(|k| k + track.start)
+        .filter(|k| level_m(*k, nearest) <= reach_m)
+        .map(|k| (level_m(k, k + 1), aligned.time_s[k + 1] - aligned.time_s[k]))
+        .filter(|(_, duration_s)| *duration_s > 0.0);
     let (path_m, weighted) = steps.fold((0.0, 0.0), |(path_m, weighted), (step_m, duration_s)| {
         (path_m + step_m, weighted + step_m * step_m / duration_s)
     });

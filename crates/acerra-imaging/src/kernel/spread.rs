@@ -12,7 +12,8 @@ use std::ops::Range;
 
 /// A row, a pulse, and the bins between them.
 pub(crate) struct SpreadRow<'a> {
-    /// Vectors from the antennas of the pulse (one or two) to pixel 0, m. With two antennas the range is the mean of both ranges.
+    /// Vectors from the antennas of the pulse (one or two) to pixel 0, m. With two antennas the range is the mean of
+    /// both ranges.
     pub from_antennas_m: &'a [[f64; 3]],
     /// Unit vector along the row and distance of the pixels, m.
     pub unit: [f64; 3],

@@ -20,11 +20,12 @@ const TYPICAL: Mixture = Mixture {
     sigma_s: 0.2e-9,
     stray_share: 0.2,
 };
-/// Share of strays up to which an echo is seen: among its picks, or among those about its own (picks that fit the height
-/// by chance are apart from one another).
+/// Share of strays among the picks of an echo up to which the echo is seen throughout the flight; and, of an echo seen in
+/// a part of the flight, among the picks within [`ABOUT_S`] of those that fit the height (picks that fit by chance are
+/// apart from one another).
 const MOST_STRAYS: f64 = 0.5;
-/// Share of strays among the picks about an echo's own, and error of these, up to which the echo follows the height
-/// trace after trace.
+/// Share of strays within [`ABOUT_S`] of the picks that fit the height, and error of these picks (s), up to which an echo
+/// follows the height trace after trace. Both were chosen on the random flights 1 to 120 of the validation book.
 const FOLLOWED_STRAYS: f64 = 0.08;
 const FOLLOWED_S: f64 = 0.5e-9;
 /// Evidence from which an echo is beyond doubt: odds of 400 to 1.
@@ -97,8 +98,7 @@ pub struct HeightCue {
 impl HeightCue {
     /// Whether the echo follows the height trace after trace: few strays are among its picks, and the error of its picks
     /// is that of a surface. An echo that only crosses the height has strays before and after each crossing.
-    #[must_use]
-    pub fn is_followed(&self) -> bool {
+    fn is_followed(&self) -> bool {
         self.strays_about <= FOLLOWED_STRAYS && self.residual_s <= FOLLOWED_S
     }
 
@@ -168,8 +168,8 @@ pub(super) fn height_cues(
     Ok(cues)
 }
 
-/// The echoes that may be the surface: of those [seen], the ones that are [followed](HeightCue::is_followed) where one of
-/// these is beyond doubt.
+/// The echoes that may be the surface. Where an echo beyond doubt is [followed](HeightCue::is_followed) trace after trace,
+/// echoes that are not followed do not count.
 fn surfaces(cues: Vec<HeightCue>) -> Vec<HeightCue> {
     let mut cues = seen(cues);
     if (cues.iter()).any(|cue| cue.is_followed() && cue.is_beyond_doubt()) {
@@ -178,7 +178,7 @@ fn surfaces(cues: Vec<HeightCue>) -> Vec<HeightCue> {
     cues
 }
 
-/// The echoes most of whose picks are no strays. Where none of these is beyond doubt and all echoes beyond doubt give one
+/// The echoes seen throughout the flight: most of their picks are no strays. Where none of these is beyond doubt and all echoes beyond doubt give one
 /// offset, also those that are seen for a part of the flight, with the evidence of [`OF_A_PART`].
 fn seen(mut cues: Vec<HeightCue>) -> Vec<HeightCue> {
     let is_seen = |cue: &HeightCue| cue.stray_share <= MOST_STRAYS;
@@ -697,7 +697,7 @@ mod tests {
         assert_eq!(offsets(&[loose.clone(), followed]), [0.0]);
         // None is followed.
         assert_eq!(offsets(&[crossing, loose.clone()]), [-0.17]);
-        // One that is followed in a part of the flight counts for nothing beside one that is seen.
+        // An echo that is followed in a part of the flight does not count where another is seen throughout it.
         let in_part = cue(0.0, [0.55, 0.05, 0.05, 14.0]);
         assert_eq!(offsets(&[in_part, loose]), [-0.17]);
     }

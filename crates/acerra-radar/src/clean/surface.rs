@@ -220,13 +220,13 @@ impl Section<'_> {
 
     /// Delay of the highest stack along 2h/c, and its contrast in dB.
     fn stack(&self, options: &SurfaceOptions) -> Result<(f64, f64), CleanError> {
-        let [from, to] = match options.approximate_delay_s {
+        let searched = match options.approximate_delay_s {
             Some(d) => [d - options.search_s, d + options.search_s],
             None => options.unknown_delay_s,
         };
         // The level without an echo is that about the delays searched, however few these are.
-        let about_s = (LEVEL_S - 0.5 * (to - from)).max(0.0);
-        let [from, to] = [from - about_s, to + about_s];
+        let about_s = 0.5 * (LEVEL_S - (searched[1] - searched[0])).max(0.0);
+        let [from, to] = [searched[0] - about_s, searched[1] + about_s];
         let step = self.radargram.fast_time_step_s;
         let trials = ((to - from) / step).ceil().max(1.0) as usize + 1;
         // A delay counts where the window holds it in at least half of the traces.
@@ -252,14 +252,11 @@ impl Section<'_> {
             return Err(CleanError::SurfaceOutside {
                 window_start_s: self.radargram.fast_time_start_s,
                 window_end_s: self.radargram.fast_time_end_s(),
-                expected_start_s: finite().fold(f64::INFINITY, f64::min) + from,
-                expected_end_s: finite().fold(f64::NEG_INFINITY, f64::max) + to,
+                expected_start_s: finite().fold(f64::INFINITY, f64::min) + searched[0],
+                expected_end_s: finite().fold(f64::NEG_INFINITY, f64::max) + searched[1],
             });
         }
-        let is_searched = |k: usize| {
-            let delay_s = stack[k].delay_s;
-            (from + about_s..=to - about_s).contains(&delay_s)
-        };
+        let is_searched = |k: usize| (searched[0]..=searched[1]).contains(&stack[k].delay_s);
         let means: Vec<f64> = stack.iter().map(|s| s.mean).collect();
         let log_means: Vec<f64> = stack.iter().map(|s| s.log_mean).collect();
         let median = median_of(&mut means.clone()).max(f64::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! Wrong settings of the ground: what becomes of the targets, and what the run says of the setting.
+//! Wrong settings of the ground: each row of the table gives the targets found and the finding that names the setting.
 
 use std::collections::BTreeMap;
 
