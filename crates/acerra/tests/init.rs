@@ -302,3 +302,30 @@ fn lines_of_another_makers_radar_become_one_campaign_that_asks_where_they_lie() 
     assert_eq!(line.end_m, [0.4, 0.0, 0.0]);
     assert!(init(&[folder.path().join("none-*.rd3")]).is_err());
 }
+
+/// In a hall no echo follows the height, although some move with the platform for a while: a surface taken from one of
+/// these would image the wrong place.
+#[test]
+fn a_hall_shows_no_surface() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/uav-flight-2019");
+    if !folder.exists() {
+        println!("skipped: ../shared/data/uav-flight-2019 is absent");
+        return;
+    }
+    let campaign =
+        init(&["flight.mrm", "platform-mocap.csv"].map(|name| folder.join(name))).unwrap();
+    for line in [
+        "gate_ns = \"none\"",
+        "delay_ns = \"auto\"",
+        "values = \"reflectivity\"",
+    ] {
+        assert!(
+            campaign.lines().any(|found| found == line),
+            "{line}: {campaign}"
+        );
+    }
+    assert!(
+        campaign.starts_with("# QUESTION: [image] z_m"),
+        "{campaign}"
+    );
+}
