@@ -5,6 +5,7 @@
 //! from the bin's centre on ([`super::tables`] has the equations); ranges, carrier and weights are evaluated at
 //! every pixel.
 
+use super::level_ways::LevelWays;
 use super::tables::build::RangeTable;
 use super::tables::phases::BinPhases;
 use super::tables::spec::TableSpec;
@@ -15,7 +16,7 @@ use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::DELAYS;
-use crate::kernel::tabulated::{Bin, Row, TERMS, profiles};
+use crate::kernel::tabulated::{Bin, Bins, Row, TERMS, profiles};
 use crate::pulses::Pulses;
 use crate::vector::range_m;
 use acerra_control::Control;
@@ -26,6 +27,11 @@ use std::f64::consts::TAU;
 
 /// Pulses between looks at the flag that cancels.
 const PULSES_A_LOOK: usize = 64;
+
+/// Pieces of an image for every thread, at least.
+const PIECES_A_THREAD: usize = 4;
+/// Pixels of a piece, where the image has many: the bins of a pulse are read once for all of them.
+const PIECE: usize = 2048;
 
 /// Range profiles of all pulses in double precision.
 #[derive(Debug)]
@@ -42,28 +48,42 @@ pub(crate) struct DoubleTables {
     bins: Vec<Bin>,
 }
 
-/// Fills an image row after row with the values that `values` computes for the points of a row, `pulses`
-/// contributions each.
-pub(crate) fn image_by_rows(
+/// Fills an image with the values that `values` computes for the points of a piece: parts of rows, `pulses`
+/// contributions to each point. Pieces begin at multiples of [`BLOCK`] columns.
+pub(crate) fn image_by_pieces(
     grid: &ImageGrid,
     image: &mut [Complex32],
     pulses: usize,
     meter: &Meter,
-    values: impl Fn(&[[f64; 3]]) -> Vec<Complex64> + Sync,
+    values: impl Fn(&[Vec<[f64; 3]>]) -> Vec<Vec<Complex64>> + Sync,
 ) {
-    image
-        .par_chunks_mut(grid.columns())
-        .enumerate()
-        .for_each(|(j, row)| {
-            if meter.is_cancelled() {
-                return;
-            }
-            let points_m: Vec<_> = (0..row.len()).map(|i| grid.point_m(i, j)).collect();
-            for (out, v) in row.iter_mut().zip(values(&points_m)) {
-                *out = Complex32::new(v.re as f32, v.im as f32);
-            }
-            meter.add((row.len() * pulses) as u64);
-        });
+    let columns = grid.columns();
+    let total = image.len() / columns.max(1);
+    let pieces = PIECES_A_THREAD * rayon::current_num_threads();
+    let rows = (PIECE / columns.max(1)).min(total / pieces).max(1);
+    let length = columns
+        .div_ceil(pieces.div_ceil(total.max(1)))
+        .next_multiple_of(BLOCK);
+    let fill = |[row, column]: [usize; 2], out: &mut [Complex32]| {
+        if meter.is_cancelled() {
+            return;
+        }
+        let points_of = |(j, part): (usize, &[Complex32])| -> Vec<[f64; 3]> {
+            let columns = column..column + part.len();
+            columns.map(|i| grid.point_m(i, row + j)).collect()
+        };
+        let parts_m: Vec<_> = out.chunks(columns).enumerate().map(points_of).collect();
+        for (out, v) in out.iter_mut().zip(values(&parts_m).into_iter().flatten()) {
+            *out = Complex32::new(v.re as f32, v.im as f32);
+        }
+        meter.add((out.len() * pulses) as u64);
+    };
+    // A strip of several rows is one piece.
+    let strips = image.par_chunks_mut(rows * columns).enumerate();
+    strips.for_each(|(k, strip)| {
+        let pieces = strip.par_chunks_mut(rows * length).enumerate();
+        pieces.for_each(|(piece, out)| fill([k * rows, piece * length], out));
+    });
 }
 
 impl DoubleTables {
@@ -133,73 +153,110 @@ impl DoubleTables {
         image: &mut [Complex32],
         meter: &Meter,
     ) {
-        image_by_rows(grid, image, echoes.len(), meter, |points_m| {
-            self.sums(echoes, points_m, || meter.is_cancelled())
+        let level_ways = LevelWays::new(echoes, grid, self.level);
+        image_by_pieces(grid, image, echoes.len(), meter, |parts_m| {
+            self.sums(echoes, level_ways.as_ref(), parts_m, || {
+                meter.is_cancelled()
+            })
         });
     }
 
-    /// Values at pieces of rows whose ranges the tables hold, in single precision as an image has them; once cancelled
-    /// they have no meaning.
+    /// Values at pieces of rows of `grid`, whose ranges the tables hold, in single precision as an image has them;
+    /// once cancelled they have no meaning.
     pub fn values_at(
         &self,
         echoes: &WeightedPulses,
+        grid: &ImageGrid,
         pieces_m: &[Vec<[f64; 3]>],
         control: Control,
     ) -> Vec<Vec<Complex32>> {
+        let level_ways = LevelWays::new(echoes, grid, self.level);
         let rounded = |v: Complex64| Complex32::new(v.re as f32, v.im as f32);
-        pieces_m
-            .par_iter()
-            .map(|piece_m| self.sums(echoes, piece_m, || control.is_cancelled()))
-            .map(|sums| sums.into_iter().map(rounded).collect())
+        let sums = |piece_m: &Vec<[f64; 3]>| {
+            self.sums(
+                echoes,
+                level_ways.as_ref(),
+                std::slice::from_ref(piece_m),
+                || control.is_cancelled(),
+            )
+        };
+        (pieces_m.par_iter().map(sums))
+            .map(|sums| sums.into_iter().flatten().map(rounded).collect())
             .collect()
     }
 
-    /// Sums over all pulses at points of a row, pulse by pulse, so that the bins which neighbouring points read stay in
-    /// the caches.
+    /// Sums over all pulses at the points of some parts of rows, pulse by pulse, so that the bins of a pulse stay in the
+    /// caches.
     fn sums(
         &self,
         echoes: &WeightedPulses,
-        points_m: &[[f64; 3]],
+        level_ways: Option<&LevelWays>,
+        parts_m: &[Vec<[f64; 3]>],
         is_cancelled: impl Fn() -> bool,
-    ) -> Vec<Complex64> {
-        let mut sums = vec![Complex64::ZERO; points_m.len()];
+    ) -> Vec<Vec<Complex64>> {
+        let zeros = |part_m: &Vec<[f64; 3]>| vec![Complex64::ZERO; part_m.len()];
+        let mut sums: Vec<Vec<Complex64>> = parts_m.iter().map(zeros).collect();
         for pulse in 0..echoes.len() {
             if pulse % PULSES_A_LOOK == 0 && is_cancelled() {
                 break;
             }
-            let antenna_m = echoes.pulses.position_m()[pulse];
-            let row = self.row(pulse);
-            if !echoes.pulses.is_plain() {
-                for (some, sums) in points_m.chunks(BLOCK).zip(sums.chunks_mut(BLOCK)) {
-                    let ways = Ways::along(echoes, pulse, some, self.tolerance);
-                    self.add_along(&row, &ways, sums);
-                }
-                continue;
-            }
-            for (some, sums) in points_m.chunks(DELAYS).zip(sums.chunks_mut(DELAYS)) {
-                let mut ranges_m = [0.0; DELAYS];
-                for (range, point) in ranges_m.iter_mut().zip(some) {
-                    *range = range_m(antenna_m, *point);
-                }
-                let profiles = profiles(self.level, &row, &ranges_m);
-                for (k, (sum, point)) in sums.iter_mut().zip(some).enumerate() {
-                    *sum += profiles[k] * echoes.factor(pulse, ranges_m[k], *point);
+            for (points_m, sums) in parts_m.iter().zip(&mut sums) {
+                if echoes.pulses.is_plain() {
+                    self.add_straight(echoes, pulse, points_m, sums);
+                } else {
+                    self.add_along_rays(echoes, pulse, level_ways, points_m, sums);
                 }
             }
         }
         sums
     }
 
-    /// Adds the contribution of a pulse along interpolated paths.
-    fn add_along(&self, row: &Row<'_>, ways: &Ways, sums: &mut [Complex64]) {
-        let halves = ways.half_m.chunks_exact(DELAYS);
-        let weights = ways.weight.chunks_exact(DELAYS);
-        for ((half_m, weight), sums) in halves.zip(weights).zip(sums.chunks_mut(DELAYS)) {
+    /// Adds the contribution of a pulse to points of a row along straight lines.
+    fn add_straight(
+        &self,
+        echoes: &WeightedPulses,
+        pulse: usize,
+        points_m: &[[f64; 3]],
+        sums: &mut [Complex64],
+    ) {
+        let antenna_m = echoes.pulses.position_m()[pulse];
+        let row = self.row(pulse);
+        for (some, sums) in points_m.chunks(DELAYS).zip(sums.chunks_mut(DELAYS)) {
             let mut ranges_m = [0.0; DELAYS];
-            ranges_m.copy_from_slice(half_m);
-            let profiles = profiles(self.level, row, &ranges_m);
-            for ((sum, profile), weight) in sums.iter_mut().zip(profiles).zip(weight) {
-                *sum += profile * weight;
+            for (range, point) in ranges_m.iter_mut().zip(some) {
+                *range = range_m(antenna_m, *point);
+            }
+            let profiles = profiles(self.level, &row, &ranges_m);
+            for (k, (sum, point)) in sums.iter_mut().zip(some).enumerate() {
+                *sum += profiles[k] * echoes.factor(pulse, ranges_m[k], *point);
+            }
+        }
+    }
+
+    /// Adds the contribution of a pulse to points of a row along interpolated rays.
+    fn add_along_rays(
+        &self,
+        echoes: &WeightedPulses,
+        pulse: usize,
+        level_ways: Option<&LevelWays>,
+        points_m: &[[f64; 3]],
+        sums: &mut [Complex64],
+    ) {
+        let row = self.row(pulse);
+        for (some, sums) in points_m.chunks(BLOCK).zip(sums.chunks_mut(BLOCK)) {
+            let ways = match level_ways {
+                Some(level_ways) => level_ways.ways(echoes, pulse, some),
+                None => Ways::along(echoes, pulse, some, self.tolerance),
+            };
+            let halves = ways.half_m.chunks_exact(DELAYS);
+            let weights = ways.weight.chunks_exact(DELAYS);
+            for ((half_m, weight), sums) in halves.zip(weights).zip(sums.chunks_mut(DELAYS)) {
+                let mut ranges_m = [0.0; DELAYS];
+                ranges_m.copy_from_slice(half_m);
+                let profiles = profiles(self.level, &row, &ranges_m);
+                for ((sum, profile), weight) in sums.iter_mut().zip(profiles).zip(weight) {
+                    *sum += profile * weight;
+                }
             }
         }
     }
@@ -211,9 +268,11 @@ impl DoubleTables {
 
     fn row(&self, pulse: usize) -> Row<'_> {
         Row {
-            bins: &self.bins[pulse * self.stride..(pulse + 1) * self.stride],
-            first_bin: self.first_bin[pulse] as f64,
-            bins_per_m: 1.0 / self.spec.bin_m,
+            bins: Bins {
+                bins: &self.bins[pulse * self.stride..(pulse + 1) * self.stride],
+                first_bin: self.first_bin[pulse] as f64,
+                bins_per_m: 1.0 / self.spec.bin_m,
+            },
             carrier_turns: self.carrier_turns,
         }
     }

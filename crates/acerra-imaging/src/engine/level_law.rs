@@ -37,6 +37,17 @@ pub(crate) struct LawPoint {
     pub cosine: f64,
 }
 
+impl LawPoint {
+    fn of([optical_m, amplitude, transmitted, cosine]: [f64; 4]) -> Self {
+        Self {
+            optical_m,
+            amplitude,
+            transmitted,
+            cosine,
+        }
+    }
+}
+
 /// The rays from all pulses to a level plane below level ground.
 #[derive(Debug, Clone)]
 pub(crate) struct LevelLaw {
@@ -73,27 +84,8 @@ impl LevelLaw {
 
     /// The law of a pulse up to the distance `farthest_m`, tabulated.
     pub fn tabulated(&self, pulse: usize, farthest_m: f64) -> Knots {
-        let height_m = self.height_m[pulse];
-        let nearest_m = height_m + self.depth_m;
-        let step_m = height_m / KNOTS_PER_HEIGHT;
-        let count = ((farthest_m - nearest_m).max(0.0) / step_m).ceil() as usize + 4;
-        let stack = self.ground.stack(height_m, self.depth_m);
-        let knot = |k: usize| {
-            let range_m = nearest_m + k as f64 * step_m;
-            let across_m2 = (range_m - nearest_m) * (range_m + nearest_m);
-            let ray = stack.ray(across_m2.sqrt());
-            [
-                ray.optical_m,
-                ray.amplitude,
-                transmitted(&self.ground, &ray.soil_m, self.light_speed_m_s),
-                ray.cosine,
-            ]
-        };
-        Knots {
-            nearest_m,
-            per_m: 1.0 / step_m,
-            knots: (0..count).map(knot).collect(),
-        }
+        let vertical_m = [self.height_m[pulse], self.depth_m];
+        Knots::new(&self.ground, self.light_speed_m_s, vertical_m, farthest_m)
     }
 }
 
@@ -106,6 +98,53 @@ pub(crate) struct Knots {
 }
 
 impl Knots {
+    /// Rays up to the straight distance `farthest_m` from an antenna `height_m` above a level surface to a plane
+    /// `depth_m` below it.
+    pub fn new(
+        ground: &Ground,
+        light_speed_m_s: f64,
+        [height_m, depth_m]: [f64; 2],
+        farthest_m: f64,
+    ) -> Self {
+        let nearest_m = height_m + depth_m;
+        let step_m = height_m / KNOTS_PER_HEIGHT;
+        let stack = ground.stack(height_m, depth_m);
+        let knot = |k: usize| {
+            let range_m = nearest_m + k as f64 * step_m;
+            let across_m2 = (range_m - nearest_m) * (range_m + nearest_m);
+            let ray = stack.ray(across_m2.sqrt());
+            [
+                ray.optical_m,
+                ray.amplitude,
+                transmitted(ground, &ray.soil_m, light_speed_m_s),
+                ray.cosine,
+            ]
+        };
+        Self {
+            nearest_m,
+            per_m: 1.0 / step_m,
+            knots: (0..Self::count([height_m, depth_m], farthest_m))
+                .map(knot)
+                .collect(),
+        }
+    }
+
+    /// Number of rays up to `farthest_m`, three of them beyond.
+    pub fn count([height_m, depth_m]: [f64; 2], farthest_m: f64) -> usize {
+        let beyond_m = (farthest_m - height_m - depth_m).max(0.0);
+        (beyond_m * KNOTS_PER_HEIGHT / height_m).ceil() as usize + 4
+    }
+
+    /// Least distance, m, and knots in a metre.
+    pub fn scale(&self) -> [f64; 2] {
+        [self.nearest_m, self.per_m]
+    }
+
+    /// The rays that are tabulated.
+    pub fn points(&self) -> impl Iterator<Item = LawPoint> + '_ {
+        self.knots.iter().map(|knot| LawPoint::of(*knot))
+    }
+
     /// The ray at a distance; below the height of the antenna above the plane, where no pixel lies, the cubic goes on.
     pub fn at(&self, range_m: f64) -> LawPoint {
         let place = (range_m - self.nearest_m) * self.per_m;
@@ -125,12 +164,6 @@ impl Knots {
                 *sum += weight * value;
             }
         }
-        let [optical_m, amplitude, transmitted, cosine] = sum;
-        LawPoint {
-            optical_m,
-            amplitude,
-            transmitted,
-            cosine,
-        }
+        LawPoint::of(sum)
     }
 }

@@ -8,6 +8,7 @@ pub(crate) mod double;
 pub(crate) mod factorized;
 pub(crate) mod forward;
 pub(crate) mod level_law;
+pub(crate) mod level_ways;
 pub(crate) mod planar;
 pub(crate) mod polynomials;
 pub mod reference;

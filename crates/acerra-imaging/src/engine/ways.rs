@@ -42,7 +42,7 @@ impl WayTolerance {
 }
 
 /// Half ways (m) and weights from a pulse to a block of points.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Ways {
     pub half_m: [f64; BLOCK],
     pub weight: [f64; BLOCK],
@@ -65,10 +65,7 @@ impl Ways {
         points_m: &[[f64; 3]],
         tolerance: WayTolerance,
     ) -> Self {
-        let mut ways = Self {
-            half_m: [0.0; BLOCK],
-            weight: [0.0; BLOCK],
-        };
+        let mut ways = Self::default();
         let last = points_m.len().min(BLOCK) - 1;
         let steps = last.max(1) as f64;
         let step_m = std::array::from_fn(|k| (points_m[last][k] - points_m[0][k]) / steps);

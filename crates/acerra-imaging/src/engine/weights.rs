@@ -104,6 +104,11 @@ impl Weights {
         }
     }
 
+    /// Whether weights depend on the direction of a ray.
+    pub fn is_directed(&self) -> bool {
+        self.incidence.is_some()
+    }
+
     /// 1 everywhere.
     pub fn unit() -> Self {
         Self {

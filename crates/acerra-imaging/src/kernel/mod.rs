@@ -17,6 +17,7 @@ pub(crate) mod direct;
 pub(crate) mod dispatch;
 pub(crate) mod lanes;
 pub(crate) mod level;
+pub(crate) mod level_ways;
 pub(crate) mod merge;
 mod peak;
 pub(crate) mod phase;

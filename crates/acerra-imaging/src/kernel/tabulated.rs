@@ -14,16 +14,58 @@ pub(crate) const TERMS: usize = 4;
 /// coefficient.
 pub(crate) type Bin = [[f64; 2]; TERMS];
 
-/// The bins of a pulse, without the carrier's phase from a bin's centre on.
+/// Bins of two real functions of the range, or of one complex function.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row<'a> {
+pub(crate) struct Bins<'a> {
     pub bins: &'a [Bin],
     /// Absolute number of the first bin.
     pub first_bin: f64,
     /// Bins in a metre.
     pub bins_per_m: f64,
+}
+
+/// The bins of a pulse, without the carrier's phase from a bin's centre on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row<'a> {
+    pub bins: Bins<'a>,
     /// Two-way phase advance of the carrier a bin, in turns.
     pub carrier_turns: f64,
+}
+
+/// Values of both functions of some bins, and the distances from the centres of the bins, in bins.
+pub(super) struct LookedUp {
+    pub first: [f64; DELAYS],
+    pub second: [f64; DELAYS],
+    pub delta: [f64; DELAYS],
+}
+
+impl Bins<'_> {
+    /// The polynomials at every range; ranges beyond the bins take the polynomial of the nearest bin.
+    #[inline(always)]
+    pub(super) fn at(&self, ranges_m: &[f64; DELAYS]) -> LookedUp {
+        let mut found = LookedUp {
+            first: [0.0; DELAYS],
+            second: [0.0; DELAYS],
+            delta: [0.0; DELAYS],
+        };
+        if self.bins.is_empty() {
+            return found;
+        }
+        let last = i32::try_from(self.bins.len() - 1).unwrap_or(i32::MAX);
+        let mut index = [0i32; DELAYS];
+        for (k, range) in ranges_m.iter().enumerate() {
+            let at = range * self.bins_per_m - self.first_bin;
+            // Casts saturate, and no table has 2³¹ bins.
+            index[k] = ((at + 0.5) as i32).clamp(0, last);
+            found.delta[k] = at - f64::from(index[k]);
+        }
+        for (k, delta) in found.delta.into_iter().enumerate() {
+            let [c0, c1, c2, c3] = self.bins[index[k] as usize];
+            found.first[k] = ((c3[0] * delta + c2[0]) * delta + c1[0]) * delta + c0[0];
+            found.second[k] = ((c3[1] * delta + c2[1]) * delta + c1[1]) * delta + c0[1];
+        }
+        found
+    }
 }
 
 /// The profile at every range; ranges beyond the bins take the value of the nearest bin.
@@ -32,29 +74,19 @@ pub(crate) fn profiles(
     row: &Row,
     ranges_m: &[f64; DELAYS],
 ) -> [Complex64; DELAYS] {
-    dispatch!(level, s => looked_up(s, row, ranges_m))
+    dispatch!(level, s => profiles_by(s, row, ranges_m))
 }
 
 #[inline(always)]
-fn looked_up<S: Lanes>(s: S, row: &Row, ranges_m: &[f64; DELAYS]) -> [Complex64; DELAYS] {
-    let Some(last) = row.bins.len().checked_sub(1) else {
-        return [Complex64::ZERO; DELAYS];
-    };
-    let mut turns = [0.0; DELAYS];
-    let (mut re, mut im) = ([0.0; DELAYS], [0.0; DELAYS]);
-    for (k, range) in ranges_m.iter().enumerate() {
-        let at = range * row.bins_per_m - row.first_bin;
-        // Casts saturate: values below 0 become 0.
-        let index = ((at + 0.5) as usize).min(last);
-        let delta = at - index as f64;
-        let [c0, c1, c2, c3] = row.bins[index];
-        re[k] = ((c3[0] * delta + c2[0]) * delta + c1[0]) * delta + c0[0];
-        im[k] = ((c3[1] * delta + c2[1]) * delta + c1[1]) * delta + c0[1];
-        turns[k] = delta * row.carrier_turns;
+fn profiles_by<S: Lanes>(s: S, row: &Row, ranges_m: &[f64; DELAYS]) -> [Complex64; DELAYS] {
+    let found = row.bins.at(ranges_m);
+    let mut turns = found.delta;
+    for turns in &mut turns {
+        *turns *= row.carrier_turns;
     }
     let envelope = Phasors {
-        re: s.load_f64(re),
-        im: s.load_f64(im),
+        re: s.load_f64(found.first),
+        im: s.load_f64(found.second),
     };
     envelope.times(s, phasors(s, turns)).numbers(s)
 }
@@ -72,9 +104,11 @@ mod tests {
             })
             .collect();
         let row = Row {
-            bins: &bins,
-            first_bin: 1000.0,
-            bins_per_m: 200.0,
+            bins: Bins {
+                bins: &bins,
+                first_bin: 1000.0,
+                bins_per_m: 200.0,
+            },
             carrier_turns: 0.17,
         };
         // Bins 1000 to 1008, their edges, and ranges outside them.

@@ -7,6 +7,7 @@ use super::planner::next_share;
 use super::report::DoubleChoice;
 use super::request::Request;
 use crate::engine::double::DoubleTables;
+use crate::engine::level_ways::LevelWays;
 use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::ways::WayTolerance;
 use crate::error::ImagingError;
@@ -39,12 +40,13 @@ pub(super) fn double_tables(
     let ranges_m = request.optical_ranges_m();
     let highest_hz = pulses.frequency_hz().iter().copied().fold(0.0, f64::max);
     let shortest_wave_m = pulses.light_speed_m_s() / highest_hz;
+    let ways_bytes = LevelWays::bytes_for(&request.echoes, &request.grid);
     let mut accuracy = FIRST_SHARE * request.aim * allowed;
     for _ in 0..ATTEMPTS {
         let Some(spec) = choose_table(pulses, &errors, DEGREE, (accuracy, 0.0)) else {
             return Ok(None);
         };
-        let bytes = DoubleTables::bytes_for(&spec, &ranges_m);
+        let bytes = DoubleTables::bytes_for(&spec, &ranges_m) + ways_bytes;
         if bytes + output_bytes > request.options.memory_limit_bytes {
             return Ok(None);
         }

@@ -12,7 +12,7 @@ use crate::checks::check_length;
 use crate::control::Meter;
 use crate::engine::batches::{Division, Imager, Piece, TableEngine};
 use crate::engine::direct::{Direct, DirectSpec};
-use crate::engine::double::{DoubleTables, image_by_rows};
+use crate::engine::double::{DoubleTables, image_by_pieces};
 use crate::engine::factorized::merged::{Factorized, Setting};
 use crate::engine::weights::WeightedPulses;
 use crate::error::ImagingError;
@@ -172,8 +172,9 @@ impl<'a> ImagingPlan<'a> {
             Method::Direct(direct) => direct.run(echoes, grid, image, &meter)?,
             Method::Factorized(factorized) => factorized.run(echoes, grid, image, &meter)?,
             Method::Double(tables) => tables.run(echoes, grid, image, &meter),
-            Method::Reference => image_by_rows(grid, image, echoes.len(), &meter, |points_m| {
-                echoes.adjoint_at(points_m, || meter.is_cancelled())
+            Method::Reference => image_by_pieces(grid, image, echoes.len(), &meter, |parts_m| {
+                let sums = |part_m: &Vec<_>| echoes.adjoint_at(part_m, || meter.is_cancelled());
+                parts_m.iter().map(sums).collect()
             }),
         }
         Ok(control.check()?)

@@ -12,6 +12,7 @@ use super::envelope::envelope_in_band;
 use super::{CleanError, check_heights};
 use crate::constants::two_way_delay_s;
 use crate::radargram::Radargram;
+use std::collections::VecDeque;
 
 /// Contrast of the stack that counts as an echo, dB. A stack of noise alone stays below 2 dB.
 const NEEDED_DB: f64 = 3.0;
@@ -299,23 +300,15 @@ impl Section<'_> {
                 .map(|s| self.at(m, centre + offset(s)).unwrap_or(0.0))
                 .collect();
             let top = strip.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-            let mut back = vec![0u32; states];
-            let mut next = vec![0.0; states];
-            for s in 0..states {
-                let gain = (strip[s] / top).max(1e-4).ln();
-                let (best, value) = if k == 0 {
-                    (s, 0.0)
-                } else {
-                    (s.saturating_sub(reach)..(s + reach + 1).min(states))
-                        .map(|p| (p, score[p] - jump_cost * p.abs_diff(s) as f64))
-                        .max_by(|a, b| a.1.total_cmp(&b.1))
-                        .unwrap_or((s, score[s]))
-                };
-                back[s] = best as u32;
-                next[s] = value + gain;
-            }
-            score = next;
-            from.push(back);
+            let before = match k {
+                0 => (0..states).collect(),
+                _ => best_before(&score, reach, jump_cost),
+            };
+            let gain = |s: usize| (strip[s] / top).max(1e-4).ln();
+            score = (before.iter().enumerate())
+                .map(|(s, &p)| score[p] - jump_cost * p.abs_diff(s) as f64 + gain(s))
+                .collect();
+            from.push(before.into_iter().map(|p| p as u32).collect());
         }
         let mut picks = vec![None; self.radargram.traces];
         let mut state = (0..states)
@@ -349,6 +342,50 @@ impl Section<'_> {
             + (i as f64 + fraction) * self.radargram.fast_time_step_s;
         SurfacePick { fast_time_s, level }
     }
+}
+
+/// The best state before every state: that of the largest score less `jump_cost` for each state between both, at most
+/// `reach` states away.
+fn best_before(score: &[f64], reach: usize, jump_cost: f64) -> Vec<usize> {
+    let last = score.len().saturating_sub(1);
+    let key = |slope: f64| move |p: usize| score[p] + slope * p as f64;
+    let lower = window_maxima(
+        score.len(),
+        |s| [s.saturating_sub(reach), s],
+        key(jump_cost),
+    );
+    let upper = window_maxima(score.len(), |s| [s, (s + reach).min(last)], key(-jump_cost));
+    let value = |p: usize, s: usize| score[p] - jump_cost * p.abs_diff(s) as f64;
+    (lower.into_iter().zip(upper).enumerate())
+        .map(|(s, (a, b))| if value(a, s) > value(b, s) { a } else { b })
+        .collect()
+}
+
+/// The index of the largest key in the window of each of `count` places, the last of equal ones. First and last index
+/// of the windows never decrease.
+fn window_maxima(
+    count: usize,
+    window: impl Fn(usize) -> [usize; 2],
+    key: impl Fn(usize) -> f64,
+) -> Vec<usize> {
+    // Indices that may become the maximum: their keys decrease.
+    let mut candidates = VecDeque::new();
+    let mut next = 0;
+    let maximum = |place: usize| {
+        let [first, last] = window(place);
+        while next <= last {
+            while candidates.back().is_some_and(|&p| key(p) <= key(next)) {
+                candidates.pop_back();
+            }
+            candidates.push_back(next);
+            next += 1;
+        }
+        while candidates.front().is_some_and(|&p| p < first) {
+            candidates.pop_front();
+        }
+        candidates.front().copied().unwrap_or(last)
+    };
+    (0..count).map(maximum).collect()
 }
 
 /// Envelopes along 2h/c and a trial delay.
@@ -419,4 +456,28 @@ pub(crate) fn crest(values: &[f64], i: usize) -> (f64, f64) {
     let fraction = (-0.5 * slope / curvature).clamp(-1.0, 1.0);
     let constant = (y0 - curvature * s2) / n;
     (fraction, constant + 0.5 * slope * fraction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_state_before_is_found_as_by_trying_all() {
+        let score: Vec<f64> = (0..57)
+            .map(|k| 3.0 * (0.9 * k as f64).sin() + (0.13 * (k * k) as f64).cos())
+            .collect();
+        for (reach, jump_cost) in [(1, 0.2), (4, 0.05), (90, 0.4), (12, 0.0)] {
+            for (s, found) in best_before(&score, reach, jump_cost)
+                .into_iter()
+                .enumerate()
+            {
+                let value = |p: usize| score[p] - jump_cost * p.abs_diff(s) as f64;
+                let expected = (s.saturating_sub(reach)..(s + reach + 1).min(score.len()))
+                    .max_by(|a, b| value(*a).total_cmp(&value(*b)))
+                    .unwrap();
+                assert_eq!(found, expected, "{s} of {reach}");
+            }
+        }
+    }
 }

@@ -179,7 +179,7 @@ pub(in crate::plan) fn compare_values(
         columns.map(|i| grid.point_m(i, *row)).collect()
     };
     let pieces_m: Vec<Vec<[f64; 3]>> = places.iter().map(piece_m).collect();
-    let values = tables.values_at(echoes, &pieces_m, control);
+    let values = tables.values_at(echoes, grid, &pieces_m, control);
     let compared: Vec<Pixel> = (pieces_m.iter().zip(&values))
         .flat_map(|(points_m, values)| {
             let bright = brightest(values);

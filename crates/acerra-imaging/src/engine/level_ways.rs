@@ -1,0 +1,280 @@
+//! Ways of echoes from antennas above level ground to a level plane below it.
+//!
+//! The optical length and the weight of a ray depend on the height of its antenna and on the straight distance to the
+//! point alone. Cubics over the distance replace the search for the ray of every point; antennas of equal height share
+//! one table, so that a survey at constant height has a single table.
+
+use super::level_law::{Knots, LawPoint};
+use super::ways::{BLOCK, Ways};
+use super::weights::{WeightedPulses, Weights};
+use crate::grid::image::ImageGrid;
+use crate::kernel::level::SimdLevel;
+use crate::kernel::level_ways::{AntennaRays, half_ways};
+use crate::kernel::profile::DELAYS;
+use crate::kernel::tabulated::{Bin, Bins};
+use crate::refraction::Ground;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Rays of antennas of one height, over the straight distance.
+#[derive(Debug)]
+struct RayTable {
+    first_bin: f64,
+    bins_per_m: f64,
+    /// Half the optical length, m, and the weight of one way.
+    bins: Vec<Bin>,
+}
+
+/// Rays from every antenna to one plane.
+#[derive(Debug)]
+pub(crate) struct LevelWays {
+    level: SimdLevel,
+    tables: Vec<RayTable>,
+    /// Tables of transmitter and receiver of each pulse.
+    of_pulse: Vec<[usize; 2]>,
+}
+
+/// Antennas of one height.
+struct SameHeight {
+    height_m: f64,
+    /// Greatest straight distance from such an antenna to the plane, m.
+    farthest_m: f64,
+}
+
+/// Antennas by height, and the index into them for transmitter and receiver of each pulse.
+struct ByHeight<'a> {
+    ground: &'a Ground,
+    depth_m: f64,
+    heights: Vec<SameHeight>,
+    of_pulse: Vec<[usize; 2]>,
+}
+
+impl LevelWays {
+    /// The rays from the antennas of `echoes` to `grid`; `None` where the ground or the grid is uneven, the grid is
+    /// not below the surface, or weights depend on the direction of rays.
+    pub fn new(echoes: &WeightedPulses, grid: &ImageGrid, level: SimdLevel) -> Option<Self> {
+        let antennas = ByHeight::of(echoes, grid)?;
+        let light_speed_m_s = echoes.pulses.light_speed_m_s();
+        let table = |same: &SameHeight| {
+            let vertical_m = [same.height_m, antennas.depth_m];
+            let knots = Knots::new(
+                antennas.ground,
+                light_speed_m_s,
+                vertical_m,
+                same.farthest_m,
+            );
+            RayTable::of(&knots, &echoes.weights)
+        };
+        Some(Self {
+            level,
+            tables: antennas.heights.par_iter().map(table).collect(),
+            of_pulse: antennas.of_pulse,
+        })
+    }
+
+    /// Bytes of [`LevelWays::new`], 0 where it is `None`.
+    pub fn bytes_for(echoes: &WeightedPulses, grid: &ImageGrid) -> u128 {
+        let Some(antennas) = ByHeight::of(echoes, grid) else {
+            return 0;
+        };
+        let knots = |same: &SameHeight| {
+            Knots::count([same.height_m, antennas.depth_m], same.farthest_m) as u128
+        };
+        antennas.heights.iter().map(knots).sum::<u128>() * size_of::<Bin>() as u128
+    }
+
+    /// Ways of a pulse to points of the plane, at most [`BLOCK`], evenly along a line.
+    pub fn ways(&self, echoes: &WeightedPulses, pulse: usize, points_m: &[[f64; 3]]) -> Ways {
+        let mut ways = Ways::default();
+        let [transmitter_m, receiver_m] = echoes.pulses.antennas_m(pulse);
+        let [sent, received] = self.of_pulse[pulse].map(|k| self.tables[k].bins());
+        let antennas = [(transmitter_m, sent), (receiver_m, received)]
+            .map(|(antenna_m, bins)| AntennaRays { antenna_m, bins });
+        let last = points_m.len().min(BLOCK) - 1;
+        let steps = last.max(1) as f64;
+        let step_m = std::array::from_fn(|k| (points_m[last][k] - points_m[0][k]) / steps);
+        let halves = ways.half_m.chunks_exact_mut(DELAYS);
+        let weights = ways.weight.chunks_exact_mut(DELAYS);
+        let of_pulse = echoes.pulses.weight()[pulse];
+        for ((some_m, half_m), weight) in points_m.chunks(DELAYS).zip(halves).zip(weights) {
+            let [found_m, found] = half_ways(self.level, &antennas, [some_m[0], step_m]);
+            half_m.copy_from_slice(&found_m);
+            weight.copy_from_slice(&found.map(|w| of_pulse * w));
+        }
+        ways
+    }
+}
+
+impl<'a> ByHeight<'a> {
+    fn of(echoes: &'a WeightedPulses, grid: &ImageGrid) -> Option<Self> {
+        let pulses = &echoes.pulses;
+        let ground = pulses.ground()?;
+        let z_m = ground.level_m().filter(|_| grid.is_level())?;
+        let depth_m = z_m - grid.plane().origin_m[2];
+        if depth_m <= 0.0 || echoes.weights.is_directed() {
+            return None;
+        }
+        let mut heights: Vec<SameHeight> = Vec::new();
+        let mut known: HashMap<u64, usize> = HashMap::new();
+        let mut index = |antenna_m: [f64; 3]| {
+            let height_m = antenna_m[2] - z_m;
+            let [_, farthest_m] = grid.ranges_m(antenna_m, BLOCK as f64);
+            let k = *known.entry(height_m.to_bits()).or_insert(heights.len());
+            match heights.get_mut(k) {
+                Some(same) => same.farthest_m = same.farthest_m.max(farthest_m),
+                None => heights.push(SameHeight {
+                    height_m,
+                    farthest_m,
+                }),
+            }
+            k
+        };
+        let of_pulse = (0..pulses.len())
+            .map(|pulse| pulses.antennas_m(pulse).map(&mut index))
+            .collect();
+        Some(Self {
+            ground,
+            depth_m,
+            heights,
+            of_pulse,
+        })
+    }
+}
+
+impl RayTable {
+    fn of(knots: &Knots, weights: &Weights) -> Self {
+        let values: Vec<[f64; 2]> = knots
+            .points()
+            .map(|point: LawPoint| [0.5 * point.optical_m, weights.of_law(&point).sqrt()])
+            .collect();
+        let [nearest_m, per_m] = knots.scale();
+        let middle = |four: &[[f64; 2]]| cubic([four[0], four[1], four[2], four[3]]);
+        let inner = values.windows(4).map(middle);
+        // Before the second knot the first cubic goes on.
+        let first = values.get(..4).map(|four| before(middle(four)));
+        Self {
+            first_bin: nearest_m * per_m + 0.5,
+            bins_per_m: per_m,
+            bins: first.into_iter().chain(inner).collect(),
+        }
+    }
+
+    fn bins(&self) -> Bins<'_> {
+        Bins {
+            bins: &self.bins,
+            first_bin: self.first_bin,
+            bins_per_m: self.bins_per_m,
+        }
+    }
+}
+
+/// The cubics through values at −3/2, −1/2, 1/2 and 3/2.
+fn cubic([a, b, c, d]: [[f64; 2]; 4]) -> Bin {
+    let sum = |weights: [f64; 4], per: f64| {
+        std::array::from_fn(|k| {
+            (weights[0] * a[k] + weights[1] * b[k] + weights[2] * c[k] + weights[3] * d[k]) / per
+        })
+    };
+    [
+        sum([-1.0, 9.0, 9.0, -1.0], 16.0),
+        sum([1.0, -27.0, 27.0, -1.0], 24.0),
+        sum([1.0, -1.0, -1.0, 1.0], 4.0),
+        sum([-1.0, 3.0, -3.0, 1.0], 6.0),
+    ]
+}
+
+/// The polynomials about a centre that lies one bin before.
+fn before([c0, c1, c2, c3]: Bin) -> Bin {
+    let of = |f: &dyn Fn(usize) -> f64| [f(0), f(1)];
+    [
+        of(&|k| c0[k] - c1[k] + c2[k] - c3[k]),
+        of(&|k| c1[k] - 2.0 * c2[k] + 3.0 * c3[k]),
+        of(&|k| c2[k] - 3.0 * c3[k]),
+        c3,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::ways::WayTolerance;
+    use crate::grid::plane::PlaneGrid;
+    use crate::pulses::{PulseArrays, Pulses, Spreading};
+    use crate::refraction::{Layer, Soil, Surface};
+    use num_complex::Complex64;
+
+    /// Tabulated ways equal exact rays to 10⁻⁶ of the height, for antennas on the ground and in the air, through two
+    /// layers with losses, at every instruction set.
+    #[test]
+    fn tabulated_ways_follow_exact_rays() {
+        let soil = |relative_permittivity, conductivity_s_m| Soil {
+            relative_permittivity,
+            conductivity_s_m,
+        };
+        let top = Layer {
+            soil: soil(4.0, 0.002),
+            thickness_m: 0.1,
+        };
+        let layers = [top, Layer::below_all(soil(9.0, 0.01))];
+        let ground = Ground::new(Surface::Level { z_m: 0.2 }, &layers, 1.2e9).unwrap();
+        for height_m in [0.01, 0.3, 4.0] {
+            let z_m = 0.2 + height_m;
+            let apart = |x: f64| [[x, 0.1, z_m], [x + 0.1, -0.1, 1.5 * z_m]];
+            let transmitter_m = [apart(-0.3)[0], apart(0.4)[0]];
+            let receiver_m = [apart(-0.3)[1], apart(0.4)[1]];
+            let position_m = [[-0.25, 0.0, z_m], [0.45, 0.0, z_m]];
+            let pulses = Pulses::new(PulseArrays {
+                position_m: &position_m,
+                frequency_hz: &[1e9, 1.4e9],
+                spectrum: &[Complex64::ONE; 4],
+                weight: &[1.0, 0.5],
+                light_speed_m_s: 3e8,
+            })
+            .unwrap()
+            .with_antennas(&transmitter_m, &receiver_m)
+            .unwrap()
+            .with_ground(&ground)
+            .unwrap();
+            for z_m in [0.19, 0.0, -0.6] {
+                let plane = PlaneGrid::new([-1.0, -0.5, z_m], 0.03, [70, 30]).unwrap();
+                let grid = ImageGrid::from(plane);
+                let weights = Weights::new(&pulses, &grid, Spreading::InverseSquare, None).unwrap();
+                let echoes = WeightedPulses::new(pulses, weights);
+                for &level in SimdLevel::available() {
+                    let table = LevelWays::new(&echoes, &grid, level).unwrap();
+                    for row in 0..30 {
+                        let points_m: Vec<[f64; 3]> =
+                            (32..70).map(|column| grid.point_m(column, row)).collect();
+                        for (pulse, some_m) in (0..2)
+                            .flat_map(|p| points_m.chunks(BLOCK).map(move |some_m| (p, some_m)))
+                        {
+                            let found = table.ways(&echoes, pulse, some_m);
+                            let exact = Ways::along(&echoes, pulse, some_m, WayTolerance::EXACT);
+                            for k in 0..some_m.len() {
+                                let difference_m = found.half_m[k] - exact.half_m[k];
+                                assert!(difference_m.abs() < 1e-6 * height_m, "{difference_m}");
+                                let ratio = found.weight[k] / exact.weight[k];
+                                assert!((ratio - 1.0).abs() < 1e-4, "{ratio} at {height_m}");
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cubics_meet_their_values() {
+        let value = |x: f64| [1.0 + 2.0 * x - x * x, 0.5 * x * x * x - x];
+        let found = cubic([-1.5, -0.5, 0.5, 1.5].map(value));
+        let at = |bin: &Bin, x: f64, k: usize| {
+            ((bin[3][k] * x + bin[2][k]) * x + bin[1][k]) * x + bin[0][k]
+        };
+        for k in 0..2 {
+            for x in [-1.5, -0.2, 0.5] {
+                assert!((at(&found, x, k) - value(x)[k]).abs() < 1e-12);
+                assert!((at(&before(found), x, k) - value(x - 1.0)[k]).abs() < 1e-12);
+            }
+        }
+    }
+}
