@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::Path;
 
 use acerra_chain::campaign::Campaign;
-use acerra_chain::{Control, Journal, Prepared};
+use acerra_chain::{Control, Journal, MemorySink, Prepared};
 use acerra_formats::segy::{SegyTraces, write_segy};
 use acerra_radar::Samples;
 
@@ -130,4 +130,67 @@ fn a_table_places_traces_by_their_numbers() {
         refused.contains("expected times or positions of traces"),
         "{refused}"
     );
+}
+
+/// The slice 6 cm below the surface from lines `first`, `first + 2`, … of a modelled minefield: moduli, row after row,
+/// and the side of the square grid, which has a pixel every 2 cm from (0.15, 0.15).
+fn minefield(folder: &Path, first: usize, step: usize) -> (Vec<f32>, usize) {
+    let numbers: Vec<usize> = (first..=37).step_by(step).collect();
+    let file = |k: &usize| folder.join(format!("buried_objects_xdir_bscan_{k}.rd3"));
+    let row = |k: &usize| {
+        let (file, y_m) = (file(k), 0.15 + 0.025 * (k - 1) as f64);
+        format!("{{ file = {file:?}, start_m = [0.15, {y_m}, 0.01], end_m = [1.05, {y_m}, 0.01] }}")
+    };
+    let files: Vec<_> = numbers.iter().map(file).collect();
+    let rows: Vec<String> = numbers.iter().map(row).collect();
+    let campaign = Campaign::parse(&format!(
+        "[radar]\nfiles = {files:?}\nlines = [{}]\n[preprocess]\nzero_timing = 'direct-wave'\n\
+         [image]\nband_ghz = [0.63, 2.28]\nfrequencies = 40\nx_m = [0.15, 1.05]\ny_m = [0.15, 1.05]\nz_m = -0.06\n\
+         pixel_m = 0.02\n[ground]\nrelative_permittivity = 5.0\nsurface_z_m = 0.0\n",
+        rows.join(",\n"),
+    ))
+    .unwrap();
+    let control = Control::default();
+    let survey = campaign.survey();
+    let prepared = survey.prepare(&mut Journal::default(), &control).unwrap();
+    let request = campaign.image_request(prepared.scene.pixels.clone());
+    let focused = prepared
+        .image(&request, &mut MemorySink::default(), &control)
+        .unwrap();
+    let moduli: Vec<f32> = focused.image.iter().map(|v| v.norm()).collect();
+    (moduli, prepared.scene.pixels.grid.nx)
+}
+
+/// The objects of a modelled minefield have the same places within 2 cm, and the same levels, in the images of all 37
+/// lines, of every second line from the first, and of the other lines, which share no trace with these.
+#[test]
+fn a_minefield_looks_the_same_from_half_of_its_lines() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/gpr-iwagpr2017");
+    if !folder.is_dir() {
+        println!("skipped: ../shared/data/gpr-iwagpr2017 is absent");
+        return;
+    }
+    let (all, side) = minefield(&folder, 1, 1);
+    let near = |k: usize| {
+        let about = |c: usize| c.saturating_sub(1)..(c + 2).min(side);
+        about(k / side).flat_map(move |j| about(k % side).map(move |i| j * side + i))
+    };
+    let top = all.iter().copied().fold(0.0, f32::max);
+    let objects: Vec<usize> = (0..all.len())
+        .filter(|&k| all[k] > 0.3 * top && near(k).all(|n| all[n] <= all[k]))
+        .collect();
+    assert!(objects.len() >= 4, "{objects:?}");
+    for first in [1, 2] {
+        let (half, _) = minefield(&folder, first, 2);
+        let highest = half.iter().copied().fold(0.0, f32::max);
+        for &object in &objects {
+            let level = all[object] / top;
+            let again = near(object).map(|n| half[n] / highest).fold(0.0, f32::max);
+            let at = [object % side, object / side];
+            assert!(
+                (again / level - 1.0).abs() < 0.15,
+                "{at:?}: {level} {again}"
+            );
+        }
+    }
 }
