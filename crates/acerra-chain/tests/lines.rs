@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::Path;
 
 use acerra_chain::campaign::Campaign;
+use acerra_chain::measure::MeasureOptions;
 use acerra_chain::{Control, Journal, MemorySink, Prepared};
 use acerra_formats::segy::{SegyTraces, write_segy};
 use acerra_radar::Samples;
@@ -132,9 +133,16 @@ fn a_table_places_traces_by_their_numbers() {
     );
 }
 
-/// The slice 6 cm below the surface from lines `first`, `first + 2`, … of a modelled minefield: moduli, row after row,
-/// and the side of the square grid, which has a pixel every 2 cm from (0.15, 0.15).
-fn minefield(folder: &Path, first: usize, step: usize) -> (Vec<f32>, usize) {
+/// The slice 6 cm below the surface of a modelled minefield: moduli, row after row, the side of the square grid, which
+/// has a pixel every 2 cm from (0.15, 0.15), and the places of the targets, m.
+struct Slice {
+    moduli: Vec<f32>,
+    side: usize,
+    targets_m: Vec<[f64; 2]>,
+}
+
+/// The slice from lines `first`, `first + step`, ….
+fn minefield(folder: &Path, first: usize, step: usize) -> Slice {
     let numbers: Vec<usize> = (first..=37).step_by(step).collect();
     let file = |k: &usize| folder.join(format!("buried_objects_xdir_bscan_{k}.rd3"));
     let row = |k: &usize| {
@@ -157,8 +165,14 @@ fn minefield(folder: &Path, first: usize, step: usize) -> (Vec<f32>, usize) {
     let focused = prepared
         .image(&request, &mut MemorySink::default(), &control)
         .unwrap();
-    let moduli: Vec<f32> = focused.image.iter().map(|v| v.norm()).collect();
-    (moduli, prepared.scene.pixels.grid.nx)
+    let measured = prepared
+        .measure(&focused, &MeasureOptions::from(&campaign.measure), &control)
+        .unwrap();
+    Slice {
+        moduli: focused.image.iter().map(|v| v.norm()).collect(),
+        side: prepared.scene.pixels.grid.nx,
+        targets_m: measured.targets.iter().map(|t| [t.x_m, t.y_m]).collect(),
+    }
 }
 
 /// The objects of a modelled minefield have the same places within 2 cm, and the same levels, in the images of all 37
@@ -170,7 +184,8 @@ fn a_minefield_looks_the_same_from_half_of_its_lines() {
         println!("skipped: ../shared/data/gpr-iwagpr2017 is absent");
         return;
     }
-    let (all, side) = minefield(&folder, 1, 1);
+    let of_all = minefield(&folder, 1, 1);
+    let (all, side) = (&of_all.moduli, of_all.side);
     let near = |k: usize| {
         let about = |c: usize| c.saturating_sub(1)..(c + 2).min(side);
         about(k / side).flat_map(move |j| about(k % side).map(move |i| j * side + i))
@@ -181,7 +196,8 @@ fn a_minefield_looks_the_same_from_half_of_its_lines() {
         .collect();
     assert!(objects.len() >= 4, "{objects:?}");
     for first in [1, 2] {
-        let (half, _) = minefield(&folder, first, 2);
+        let of_half = minefield(&folder, first, 2);
+        let half = &of_half.moduli;
         let highest = half.iter().copied().fold(0.0, f32::max);
         for &object in &objects {
             let level = all[object] / top;
@@ -192,5 +208,16 @@ fn a_minefield_looks_the_same_from_half_of_its_lines() {
                 "{at:?}: {level} {again}"
             );
         }
+        // All but one of the targets are listed again, within the distance of these lines.
+        let is_listed = |[x, y]: &[f64; 2]| {
+            let mut again = of_half.targets_m.iter();
+            again.any(|[x2, y2]| (x2 - x).hypot(y2 - y) < 0.05)
+        };
+        let both = of_all.targets_m.iter().filter(|at| is_listed(at)).count();
+        let (all_m, half_m) = (&of_all.targets_m, &of_half.targets_m);
+        assert!(
+            all_m.len() >= 6 && both + 1 >= all_m.len(),
+            "{all_m:?} {half_m:?}"
+        );
     }
 }

@@ -81,8 +81,14 @@ pub fn weigh_prepared(
             band_hz: [*low, *high],
             light_speed_m_s: prepared.scene.light_speed_m_s,
         };
-        let mut own = track::weigh(prepared, track, &geometry);
-        own.extend(radar::weigh(prepared, track, geometry.band_hz));
+        let is_below_ground = request.underground.is_some();
+        let mut own = track::weigh(prepared, track, &geometry, is_below_ground);
+        own.extend(radar::weigh(
+            prepared,
+            track,
+            geometry.band_hz,
+            is_below_ground,
+        ));
         own.extend(delay::weigh(prepared, track, request, control)?);
         own.extend(grid::weigh_geometry(prepared, track, &geometry, request));
         own.extend(antenna::weigh(prepared, track, &geometry, request));

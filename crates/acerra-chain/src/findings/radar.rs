@@ -18,7 +18,15 @@ const COUPLING_SPREAD_S: f64 = 0.1e-9;
 const COUPLING_REACH_S: f64 = 25e-9;
 
 /// Judges the radargram of a track; no finding where the track's log holds spectra.
-pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Vec<Finding> {
+///
+/// The spectrum is that of the recorded traces. For an image below ground it is that of the traces without coupling and
+/// surface echo: close to the ground the direct wave is stronger than the echoes, and has other frequencies.
+pub(super) fn weigh(
+    prepared: &Prepared,
+    track: &Track,
+    band_hz: [f64; 2],
+    is_below_ground: bool,
+) -> Vec<Finding> {
     let mut findings = clock::weigh(prepared, track);
     let Some(traces) = &track.cleaned else {
         return findings;
@@ -31,7 +39,12 @@ pub(super) fn weigh(prepared: &Prepared, track: &Track, band_hz: [f64; 2]) -> Ve
         findings.extend(altimeter::weigh(prepared, track, traces));
     }
     findings.extend(coupling_seen(&traces.raw).map(|seen| coupling(&seen)));
-    if let Some(spectrum) = spectrum_occupancy(&traces.raw) {
+    let of_echoes = if is_below_ground {
+        &traces.clean
+    } else {
+        &traces.raw
+    };
+    if let Some(spectrum) = spectrum_occupancy(of_echoes) {
         let ghz = |band: [f64; 2]| band.map(|f| f * 1e-9);
         let occupied = spectrum.occupied_share_of(band_hz);
         findings.push(band(occupied, ghz(band_hz), ghz(spectrum.band_hz)));
@@ -85,7 +98,7 @@ fn coupling(seen: &CouplingSeen) -> Finding {
 }
 
 /// Judges the stated band: `occupied` is the share of its frequencies at which the radar's spectrum is less
-/// than 20 dB below its maximum.
+/// than 10 dB below its maximum.
 fn band(occupied: f64, band_ghz: [f64; 2], spectrum_ghz: [f64; 2]) -> Finding {
     let verdict = match occupied {
         share if share >= 0.7 => Verdict::Agrees,

@@ -45,8 +45,12 @@ pub fn weigh_targets(
     let is_residue = |target: &&Target| {
         target.along.rayleigh_m.is_none() && is_below(&prepared.aligned, target, cell_m)
     };
-    let residues = targets.iter().filter(is_residue).count();
-    let mut findings = vec![surface_residue(residues, targets.len())];
+    let mut findings = Vec::new();
+    // Targets below ground are compared with the clutter at their depth.
+    if focused.underground.is_none() {
+        let residues = targets.iter().filter(is_residue).count();
+        findings.push(surface_residue(residues, targets.len()));
+    }
     findings.extend(side::weigh(prepared, targets));
     findings.extend(clutter(
         prepared,

@@ -12,6 +12,7 @@ pub(super) fn weigh(
     prepared: &Prepared,
     track: &Track,
     geometry: &ImageGeometry<'_>,
+    is_below_ground: bool,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let before: usize = prepared
@@ -30,7 +31,10 @@ pub(super) fn weigh(
     let wavelength_m = geometry.light_speed_m_s / middle_hz;
     let heights_m = prepared.aligned.height_m.get(track.range.clone());
     if track.cleaned.is_some() {
-        findings.extend(heights_m.and_then(height_reached_m).map(flight_height));
+        // Refracted rays hold down to antennas on the ground.
+        let least_m = if is_below_ground { 0.0 } else { LEAST_HEIGHT_M };
+        let reached_m = heights_m.and_then(height_reached_m);
+        findings.extend(reached_m.map(|height_m| flight_height(height_m, least_m)));
     }
     let arm_m = track.horizontal_lever_arm_m();
     if arm_m > 0.0 {
@@ -214,12 +218,12 @@ fn trajectory_coverage(positioned: usize, traces: usize) -> Finding {
 /// there.
 const LEAST_HEIGHT_M: f64 = 0.3;
 
-/// Judges the height that the flight reaches above the ground or the image's plane.
-fn flight_height(height_m: f64) -> Finding {
+/// Judges the height that the flight reaches above the ground or the image's plane, which is doubtful below `least_m`.
+fn flight_height(height_m: f64, least_m: f64) -> Finding {
     let verdict = match height_m {
-        h if h >= LEAST_HEIGHT_M => Verdict::Agrees,
-        h if h > 0.0 => Verdict::Doubtful,
-        _ => Verdict::Contradicts,
+        h if h <= 0.0 => Verdict::Contradicts,
+        h if h < least_m => Verdict::Doubtful,
+        _ => Verdict::Agrees,
     };
     Finding::judged("flight_height", height_m, "m", verdict).because(format!(
         "the flight reaches {height_m:.2} m above the ground (heights of the positions, \
@@ -300,8 +304,10 @@ mod tests {
 
     #[test]
     fn a_plane_above_the_flight_contradicts_and_an_arm_longer_than_the_drone_is_doubtful() {
-        assert_eq!(flight_height(4.0).verdict, Verdict::Agrees);
-        assert_eq!(flight_height(-1.4).verdict, Verdict::Contradicts);
+        assert_eq!(flight_height(4.0, 0.3).verdict, Verdict::Agrees);
+        assert_eq!(flight_height(0.1, 0.3).verdict, Verdict::Doubtful);
+        assert_eq!(flight_height(0.01, 0.0).verdict, Verdict::Agrees);
+        assert_eq!(flight_height(-1.4, 0.0).verdict, Verdict::Contradicts);
         assert_eq!(lever_arm_length(0.3).verdict, Verdict::Agrees);
         assert_eq!(lever_arm_length(8.0).verdict, Verdict::Doubtful);
     }

@@ -69,7 +69,9 @@ pub fn measure(
     let pulses = echoes.pulses(&weight).map_err(MeasureError::Spectra)?;
     let metrics = Metrics::default()
         .with_threshold_db(options.threshold_db)
-        .with_max_targets(options.max_targets);
+        .with_max_targets(options.max_targets)
+        // Below ground a target is compared with the other echoes at its depth instead.
+        .with_clutter(focused.underground.is_some());
     let is_straight =
         focused.underground.is_none() && echoes.aligned.antennas_from_place_m.is_empty();
     let found = if is_straight {

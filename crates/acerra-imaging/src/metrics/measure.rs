@@ -180,7 +180,7 @@ fn standing_out(
     };
     let cell_m = [cell.along_m, cell.across_m];
     let surroundings = Surroundings::of(image, cell_m, spread.position_m());
-    let stands_out = |c: &Candidate| surroundings.is_exceeded([c.ix, c.iy]);
+    let stands_out = |c: &Candidate| options.clutter || surroundings.is_exceeded([c.ix, c.iy]);
     if statistics.maximum <= highest_by_chance(image, cell_m) {
         return (Vec::new(), all.len());
     }

@@ -13,6 +13,8 @@ pub struct MeasureOptions {
     pub sidelobe_margin: f64,
     /// Most targets.
     pub max_targets: usize,
+    /// Whether maxima at the level of the clutter about them are targets too.
+    pub clutter: bool,
 }
 
 impl Default for MeasureOptions {
@@ -21,6 +23,7 @@ impl Default for MeasureOptions {
             threshold_db: -15.0,
             sidelobe_margin: 2.0,
             max_targets: 32,
+            clutter: false,
         }
     }
 }
@@ -42,6 +45,12 @@ impl MeasureOptions {
             max_targets,
             ..self
         }
+    }
+
+    /// These options with maxima at the level of the clutter about them, for a caller who judges these.
+    #[must_use]
+    pub fn with_clutter(self, clutter: bool) -> Self {
+        Self { clutter, ..self }
     }
 
     /// Refuses values out of range.
