@@ -285,6 +285,30 @@ test("the coherence of two looks is shown from 0 to 1", { skip }, async () => {
   await close();
 });
 
+test("the radargram has a scale of range, and a gain that grows with fast time", { skip }, async () => {
+  const { page, complaints, close } = await open(browser, server.address);
+  await page.waitForFunction(() => /** @type {any} */ (window).acerra.radargram.layer?.complete);
+  const axis = await page.evaluate(() => {
+    const { radargram } = /** @type {any} */ (window).acerra;
+    const { name, numbers } = radargram.rangeAxis();
+    return { name, at: numbers.value(20), back: numbers.place(numbers.value(20)) };
+  });
+  assert.equal(axis.name, "range / m");
+  near([axis.at, axis.back], [2.99792458, 20], 1e-9, "range after 20 ns");
+  const brightness = async () => (await colourAt(page, "radargram", 60, 34)).slice(0, 3).reduce((a, b) => a + b);
+  const before = await brightness();
+  await page.evaluate(() => {
+    const { store } = /** @type {any} */ (window).acerra;
+    store.look.radargramGain = 60;
+    store.tell("look");
+  });
+  await page.waitForFunction(() => /** @type {any} */ (window).acerra.radargram.gainTexture() !== null);
+  const after = await brightness();
+  assert.ok(after > before, `late samples are brighter: ${before}, ${after}`);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test("the gate shown is the one in force, and the radargram's axis counts as its readout does", { skip }, async () => {
   const { page, complaints, close } = await open(browser, server.address);
   const gateOf = () => page.evaluate(() => /** @type {any} */ (window).acerra.store.data.tracks[0].radargram.gate_ns);

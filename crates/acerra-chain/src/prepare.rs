@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use acerra_imaging::ImagingError;
 use acerra_imaging::metrics::Measurement;
 use acerra_radar::align::OffsetLikelihood;
 use acerra_radar::{LoggedClock, Spectrum};
@@ -27,6 +28,7 @@ use crate::focus::inversion::options::Method;
 use crate::focus::permittivity::PermittivityFound;
 use crate::focus::plan::ImageError;
 use crate::focus::sink::ImageSink;
+use crate::focus::underground::Underground;
 use crate::focus::{Focused, ImageRequest, focus};
 use crate::journal::Journal;
 use crate::journal::warnings::Warnings;
@@ -37,6 +39,7 @@ use crate::read::raw::{channel_of, place};
 use crate::read::trace_positions::TracePositions;
 use crate::read::{RadarContent, RadarLabel};
 use crate::scene::elevation::check_elevation;
+use crate::scene::pixels::Pixels;
 use crate::scene::{Scene, SceneError};
 
 /// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
@@ -75,6 +78,8 @@ pub struct Track {
     pub has_local_axes: bool,
     /// Which sources of an autopilot's log the positions are.
     pub log_sources: LogSources,
+    /// Whether its log states no times: traces are numbered.
+    pub is_untimed: bool,
     /// Step of the last digit in which a file gives its positions, east, north and up (m).
     pub resolution_m: Option<[f64; 3]>,
     /// Trajectory time minus radar time (s).
@@ -325,6 +330,7 @@ fn parts(recording: &Recording, clocked: Clocked, cleaned: Cleaned) -> (Track, T
         positions: recording.positions.clone(),
         has_local_axes: recording.has_local_axes,
         log_sources: recording.log_sources.clone(),
+        is_untimed: recording.radar.is_untimed,
         resolution_m: recording.resolution_m,
         time_offset_s: clocked.time_offset_s,
         search: clocked.search,
@@ -539,16 +545,7 @@ impl Prepared {
             .map(|track| track.range.clone())
             .collect();
         let underground = (request.underground.as_ref())
-            .map(|ground| {
-                let found = self.permittivity.filter(|_| ground.is_open);
-                let ground =
-                    found.map_or(ground.clone(), |found| ground.of_permittivity(found.value));
-                ground.over(
-                    &self.scene.ground,
-                    &request.pixels,
-                    &self.aligned.position_m,
-                )
-            })
+            .map(|ground| self.underground_of(ground, &request.pixels))
             .transpose()
             .map_err(ImageError::Ground)?;
         let request = &ImageRequest {
@@ -565,6 +562,47 @@ impl Prepared {
             held_m: &held_m,
         };
         invert(input, request, sink, control)
+    }
+
+    /// A ground with the permittivity found from the data, and the terrain under pixels and antennas.
+    fn underground_of(
+        &self,
+        ground: &Underground,
+        pixels: &Pixels,
+    ) -> Result<Underground, ImagingError> {
+        let found = self.permittivity.filter(|_| ground.is_open);
+        let ground = found.map_or(ground.clone(), |found| ground.of_permittivity(found.value));
+        ground.over(&self.scene.ground, pixels, &self.aligned.position_m)
+    }
+
+    /// Half the optical length of the way of a place's echo for every trace, from the transmitter to the place and back
+    /// to the receiver (m): the range in air, refracted rays below the surface of an image's ground.
+    ///
+    /// # Errors
+    /// Invalid soils or layers, heights that are not finite.
+    pub fn half_ways_m(
+        &self,
+        request: &ImageRequest,
+        place_m: [f64; 3],
+    ) -> Result<Vec<f64>, ImagingError> {
+        let ground = (request.underground.as_ref())
+            .map(|ground| {
+                let ground = self.underground_of(ground, &request.pixels)?;
+                ground.seen_at(&self.spectrum.frequency_hz)
+            })
+            .transpose()?;
+        let way_m = |antenna_m: [f64; 3]| match &ground {
+            Some(ground) => ground.ray(antenna_m, place_m).optical_m,
+            None => {
+                let [x, y, z] = [0, 1, 2].map(|axis| place_m[axis] - antenna_m[axis]);
+                (x * x + y * y + z * z).sqrt()
+            }
+        };
+        let half_way_m = |k: usize| {
+            let [transmitter_m, receiver_m] = self.aligned.antennas_at_m(k);
+            0.5 * (way_m(transmitter_m) + way_m(receiver_m))
+        };
+        Ok((0..self.aligned.position_m.len()).map(half_way_m).collect())
     }
 
     /// Finds and measures the targets of an image.

@@ -78,6 +78,33 @@ fn lines_are_breaks_for_path_and_background() {
     assert!((clean.samples.at(20).re - expected).abs() < 1e-5);
 }
 
+/// Ways of echoes are ranges in air, and below the surface the optical length of the refracted ray.
+#[test]
+fn ways_are_refracted_below_ground() {
+    let folder = tempfile::tempdir().unwrap();
+    write_line(&folder.path().join("line-1.sgy"), 9, 5.0, 2);
+    let tables = "[ground]\nrelative_permittivity = 4.0\nsurface_z_m = 0.0\n";
+    let prepared = prepared(folder.path(), tables);
+    let ways_m = |tables: &str, place_m: [f64; 3]| {
+        let text = format!("[radar]\nfile = 'line-1.sgy'\n{tables}");
+        let campaign = Campaign::parse(&text).unwrap();
+        let request = campaign.image_request(prepared.scene.pixels.clone());
+        prepared.half_ways_m(&request, place_m).unwrap()
+    };
+    // The third trace is 1 m above (1, 0); straight down the index is 2.
+    let down_m = ways_m(tables, [1.0, 0.0, -0.3]);
+    assert!((down_m[2] - 1.6).abs() < 1e-9, "{}", down_m[2]);
+    // By Fermat's principle no crossing of the surface is earlier than that of the ray.
+    let crossings_m = (0..=3000).map(|k| 1e-3 * f64::from(k));
+    let over = |x_m: f64| x_m.hypot(1.0) + 2.0 * (3.0 - x_m).hypot(0.3);
+    let earliest_m = crossings_m.map(over).fold(f64::INFINITY, f64::min);
+    assert!((down_m[8] - earliest_m).abs() < 1e-6, "{}", down_m[8]);
+    let above_m = ways_m(tables, [1.0, 0.0, 0.2]);
+    assert!((above_m[8] - 3f64.hypot(0.8)).abs() < 1e-9);
+    let in_air_m = ways_m("", [1.0, 0.0, -0.3]);
+    assert!((in_air_m[2] - 1.3).abs() < 1e-9);
+}
+
 /// Prepares line 1 of `folder` with positions from `positions.csv`.
 fn prepared_by_table(folder: &Path, tables: &str) -> Result<Prepared, String> {
     let campaign = Campaign::parse(&format!(

@@ -30,11 +30,18 @@ impl Size {
     }
 }
 
-/// Ticks along the upper edge, at positions of the x axis.
+/// A second scale along the upper or the right edge: its ticks are at positions of the x or the y axis.
 #[derive(Clone, Debug)]
-pub(super) struct TopAxis {
+pub(super) struct SecondAxis {
     pub title: String,
     pub ticks: Vec<Tick>,
+}
+
+impl SecondAxis {
+    /// Room that the axis takes to the right of the plot.
+    fn width(&self) -> f32 {
+        9.0 + widest(&self.ticks) + 6.0 + LABEL
+    }
 }
 
 /// Input of a frame's layout.
@@ -48,7 +55,8 @@ pub(super) struct FrameSpec<'a> {
     pub size: Size,
     pub legend: &'a [Entry],
     pub colour_bar: Option<ColourBar>,
-    pub top: Option<TopAxis>,
+    pub top: Option<SecondAxis>,
+    pub right: Option<SecondAxis>,
     /// Names in place of numbers along y.
     pub y_names: Option<Vec<Tick>>,
     pub stacking: Stacking,
@@ -68,6 +76,7 @@ impl<'a> FrameSpec<'a> {
             legend: &[],
             colour_bar: None,
             top: None,
+            right: None,
             y_names: None,
             stacking: Stacking::default(),
         }
@@ -97,7 +106,8 @@ impl<'a> FrameSpec<'a> {
             Some(ticks) => 14.0 + BAR + 8.0 + widest(&ticks) + 8.0 + LABEL + PAD,
             None => PAD + 10.0,
         };
-        [left.max(self.stacking.least_left), right]
+        let second = self.right.as_ref().map_or(0.0, SecondAxis::width);
+        [left.max(self.stacking.least_left), second + right]
     }
 
     /// Width and height of the plot, in whole pixels.
@@ -185,6 +195,11 @@ impl Frame {
         if let Some(axis) = &spec.top {
             frame.top_ticks(axis);
         }
+        let mut beside = plot;
+        if let Some(axis) = &spec.right {
+            frame.right_ticks(axis);
+            beside.width += axis.width();
+        }
         frame.over.push(rectangle(
             plot.grown(0.5),
             None,
@@ -196,7 +211,7 @@ impl Frame {
                 frame.bar_title_below(bar);
             }
             let ticks = spec.bar_ticks(plot.height).unwrap_or_default();
-            frame.over.extend(colour_bar(bar, &plot, ticks, width));
+            frame.over.extend(colour_bar(bar, &beside, ticks, width));
         }
         frame
     }
@@ -232,7 +247,7 @@ impl Frame {
         }
     }
 
-    fn top_ticks(&mut self, axis: &TopAxis) {
+    fn top_ticks(&mut self, axis: &SecondAxis) {
         let plot = self.plot;
         for tick in &axis.ticks {
             let at = snap(self.x.at(tick.value).min(plot.right() - 0.5));
@@ -245,6 +260,21 @@ impl Frame {
         let (middle, baseline) = (plot.x + plot.width / 2.0, plot.y - 13.0 - TICK);
         let title = label_text(middle, baseline, &axis.title, plot.width, false);
         self.over.push(title);
+    }
+
+    fn right_ticks(&mut self, axis: &SecondAxis) {
+        let plot = self.plot;
+        for tick in &axis.ticks {
+            let at = snap(self.y.at(tick.value).min(plot.bottom() - 0.5));
+            let mark = vec![(plot.right(), at), (plot.right() + 5.0, at)];
+            self.over.push(line(mark, tick_stroke()));
+            let (x, baseline) = (plot.right() + 8.0, at + 0.36 * TICK);
+            let label = tick.label.clone();
+            self.over.push(tick_text(x, baseline, label, Anchor::Start));
+        }
+        let (x, middle) = (plot.right() + axis.width(), plot.y + plot.height / 2.0);
+        self.over
+            .push(label_text(x, middle, &axis.title, plot.height, true));
     }
 
     /// Names the axes; returns the height of the figure.

@@ -4,12 +4,12 @@ use super::axis::Axis;
 use super::colour::{Colour, look_up};
 use super::drawing::{DEFAULT_SCALE, Drawing, Item, Stroke, line};
 use super::error::{FigureError, check_len};
-use super::frame::{Frame, FrameSpec, Size, TopAxis};
+use super::frame::{Frame, FrameSpec, SecondAxis, Size};
 use super::legend::{DARK, Entry, Sample};
 use super::polyline::{runs, thin};
 use super::radargram_colours::{Colouring, RadargramColours};
 use super::resample::peak_pool;
-use super::ticks;
+use super::ticks::{self, Tick};
 use rayon::prelude::*;
 
 /// A curve of fast time over the traces, drawn on a radargram.
@@ -53,10 +53,14 @@ pub struct Radargram<'a> {
     pub unit: String,
     /// Colours.
     pub colours: RadargramColours,
-    /// Times of the traces in seconds, rising, for a second axis at the top; may be empty.
-    pub time_s: &'a [f64],
-    /// Meaning of the times, as on the second axis.
-    pub time_label: String,
+    /// Values of the traces, rising, for a second axis at the top; may be empty.
+    pub top: &'a [f64],
+    /// Title of that axis, with its unit.
+    pub top_title: String,
+    /// Fast times (ns) and their values for a second axis at the right, both rising; may be empty.
+    pub right: Vec<[f64; 2]>,
+    /// Title of that axis, with its unit.
+    pub right_title: String,
     /// Curves over the samples: 2h/c, gate edges, the surface echo as picked.
     pub curves: Vec<FastTimeCurve>,
     /// Width of the figure in CSS pixels.
@@ -84,8 +88,10 @@ impl<'a> Radargram<'a> {
             step_ns: 1.0,
             unit: "counts".to_owned(),
             colours: RadargramColours::Signed { limit: None },
-            time_s: &[],
-            time_label: "time".to_owned(),
+            top: &[],
+            top_title: "time (s)".to_owned(),
+            right: Vec::new(),
+            right_title: String::new(),
             curves: Vec::new(),
             width_px: 860.0,
             plot_height_px: 460.0,
@@ -110,8 +116,8 @@ impl<'a> Radargram<'a> {
     pub fn draw(&self) -> Result<Drawing, FigureError> {
         let cells = self.traces.saturating_mul(self.samples_per_trace);
         check_len("radargram samples", cells, self.samples.len())?;
-        if !self.time_s.is_empty() {
-            check_len("radargram trace times", self.traces, self.time_s.len())?;
+        if !self.top.is_empty() {
+            check_len("radargram traces at the top", self.traces, self.top.len())?;
         }
         for curve in &self.curves {
             check_len("radargram curve", self.traces, curve.fast_time_ns.len())?;
@@ -149,7 +155,8 @@ impl<'a> Radargram<'a> {
             y_downwards: true,
             legend: &self.legend(y_range),
             colour_bar: Some(colouring.bar.clone()),
-            top: self.time_axis(x_range),
+            top: self.top_axis(x_range),
+            right: self.right_axis(y_range),
             ..FrameSpec::new(axes, x_range, y_range, size)
         });
         let columns = frame.plot.width as usize * DEFAULT_SCALE as usize;
@@ -242,26 +249,49 @@ impl<'a> Radargram<'a> {
         entries
     }
 
-    /// Round seconds at the (fractional) traces that they fall on.
-    fn time_axis(&self, x_range: [f64; 2]) -> Option<TopAxis> {
-        let rising = self.time_s.windows(2).all(|pair| pair[1] > pair[0]);
-        let (&start, &end) = (self.time_s.first()?, self.time_s.last()?);
-        if self.time_s.len() < 2 || !rising {
-            return None;
-        }
-        let mut list = ticks::linear(start, end, self.width_px - 200.0, 12.0, true);
-        for tick in &mut list {
-            let after = self
-                .time_s
-                .partition_point(|t| *t < tick.value)
-                .clamp(1, self.traces - 1);
-            let (t0, t1) = (self.time_s[after - 1], self.time_s[after]);
-            let trace = (after - 1) as f64 + (tick.value - t0) / (t1 - t0);
-            tick.value = (self.first_trace as f64 + trace).clamp(x_range[0], x_range[1]);
-        }
-        Some(TopAxis {
-            title: format!("{} (s)", self.time_label),
-            ticks: list,
-        })
+    /// Round values of the top axis at the (fractional) traces that they fall on.
+    fn top_axis(&self, x_range: [f64; 2]) -> Option<SecondAxis> {
+        let first = self.first_trace as f64;
+        let places = (0..self.top.len()).map(|trace| first + trace as f64);
+        let scale: Vec<[f64; 2]> = places.zip(self.top).map(|(x, v)| [x, *v]).collect();
+        let length = self.width_px - 200.0;
+        let ticks = second_ticks(&scale, x_range, (length, true))?;
+        let title = self.top_title.clone();
+        Some(SecondAxis { title, ticks })
     }
+
+    fn right_axis(&self, y_range: [f64; 2]) -> Option<SecondAxis> {
+        let ticks = second_ticks(&self.right, y_range, (self.plot_height_px, false))?;
+        let title = self.right_title.clone();
+        Some(SecondAxis { title, ticks })
+    }
+}
+
+/// Ticks at round values of a second axis of this length, whose places on the first one and values are those of `scale`,
+/// with straight lines between; none where these do not rise.
+fn second_ticks(
+    scale: &[[f64; 2]],
+    range: [f64; 2],
+    (length, across): (f32, bool),
+) -> Option<Vec<Tick>> {
+    let rises = |pair: &[[f64; 2]]| pair[1][0] > pair[0][0] && pair[1][1] > pair[0][1];
+    if scale.len() < 2 || !scale.windows(2).all(rises) {
+        return None;
+    }
+    let between = |v: f64, from: usize, to: usize| {
+        let above = scale.partition_point(|p| p[from] < v);
+        let [a, b] = [0, 1].map(|k| scale[above.clamp(1, scale.len() - 1) - 1 + k]);
+        a[to] + (v - a[from]) / (b[from] - a[from]) * (b[to] - a[to])
+    };
+    let ends = range.map(|place| between(place, 0, 1));
+    let [low, high] = if across {
+        [scale[0][1], scale[scale.len() - 1][1]]
+    } else {
+        ends
+    };
+    let mut list = ticks::linear(low, high, length, 12.0, across);
+    for tick in &mut list {
+        tick.value = between(tick.value, 1, 0).clamp(range[0], range[1]);
+    }
+    Some(list)
 }

@@ -283,13 +283,21 @@ fn draw(
     figure.unit = outcome.prepared.first().radar.unit.to_owned();
     figure.colours = RadargramColours::Decibel { floor_db };
     let track = outcome.prepared.first();
-    let time_s = &outcome.prepared.aligned.time_s;
-    let trajectory_s: Vec<f64> = time_s.iter().map(|t| t + track.time_offset_s).collect();
-    figure.time_s = &trajectory_s;
-    if matches!(track.positions, Positions::Trajectory(_)) {
+    let aligned = &outcome.prepared.aligned;
+    let trajectory_s = || aligned.time_s.iter().map(|t| t + track.time_offset_s);
+    // Numbers of traces are no times.
+    let top: Vec<f64> = match track.is_untimed {
+        true => along_lines_m(&aligned.path_m),
+        false => trajectory_s().collect(),
+    };
+    figure.top = &top;
+    if track.is_untimed {
+        figure.top_title = "distance along the lines (m)".to_owned();
+    } else if matches!(track.positions, Positions::Trajectory(_)) {
         // The clock of the trajectory's figures.
-        figure.time_label = "trajectory time".to_owned();
+        figure.top_title = "trajectory time (s)".to_owned();
     }
+    (figure.right, figure.right_title) = range_scale(outcome, radargram);
     figure.curves = curves;
     Picture::drawn(
         |width_px| {
@@ -299,6 +307,56 @@ fn draw(
         alt,
         caption,
     )
+}
+
+/// Distance of each trace from the first, of the path that each represents (m).
+fn along_lines_m(path_m: &[f64]) -> Vec<f64> {
+    let mut sum_m = 0.0;
+    let middle_m = |path_m: &f64| {
+        sum_m += path_m;
+        sum_m - 0.5 * path_m
+    };
+    path_m.iter().map(middle_m).collect()
+}
+
+/// The scale at the right of a radargram: fast times (ns) and ranges in air, or with ground depths below the surface
+/// for the median height of the flight (m), and its title.
+fn range_scale(outcome: &Outcome, radargram: &Radargram) -> (Vec<[f64; 2]>, String) {
+    let ns_per_m = 2e9 / outcome.campaign.image.light_speed_m_s;
+    let last_ns = radargram.fast_time_end_s() * 1e9;
+    let first_ns = radargram.fast_time_start_s * 1e9;
+    let range = |ns: f64| [ns, ns / ns_per_m];
+    let Some(ground) = &outcome.focused.underground else {
+        return (
+            vec![range(first_ns), range(last_ns)],
+            "range (m)".to_owned(),
+        );
+    };
+    let height_m = median_of(&outcome.prepared.aligned.height_m);
+    let surface_ns = height_m * ns_per_m;
+    let mut scale = vec![[surface_ns, 0.0]];
+    if first_ns < surface_ns {
+        scale.insert(0, [first_ns, first_ns / ns_per_m - height_m]);
+    }
+    let [mut at_ns, mut depth_m] = [surface_ns, 0.0];
+    for layer in &ground.layers {
+        let ns_per_m = ns_per_m * layer.soil.relative_permittivity.sqrt();
+        let left_m = (last_ns - at_ns).max(0.0) / ns_per_m;
+        let down_m = layer.thickness_m.min(left_m);
+        at_ns += down_m * ns_per_m;
+        depth_m += down_m;
+        if down_m > 0.0 {
+            scale.push([at_ns, depth_m]);
+        }
+    }
+    let title = format!("depth (m), from {height_m:.2} m above the ground");
+    (scale, title)
+}
+
+fn median_of(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn surface_and_gate(outcome: &Outcome, traces: &CleanedTraces) -> Vec<FastTimeCurve> {

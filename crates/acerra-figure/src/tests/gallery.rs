@@ -86,7 +86,7 @@ fn radargrams_with_surface_and_gate() {
     };
     let mut radargram =
         Radargram::new("Raw radargram", &samples, traces, per_trace).fast_time(-5.0, 0.061);
-    radargram.time_s = &time;
+    radargram.top = &time;
     radargram.curves = vec![
         curve("2h/c", 0.0, false),
         curve("gate", -6.0, true),

@@ -7,6 +7,7 @@
 use acerra_chain::{Prepared, Track};
 use serde::Serialize;
 
+use super::work::Current;
 use crate::error::RequestError;
 use crate::run::{Seen, range_and_incidence};
 
@@ -50,31 +51,32 @@ fn track_of(prepared: &Prepared, pulse: usize) -> Option<&Track> {
     tracks.find(|track| track.range.contains(&pulse))
 }
 
-/// The echoes of a place.
-#[must_use]
-pub fn hyperbola(prepared: &Prepared, place_m: [f64; 3]) -> Hyperbola {
-    let position_m = &prepared.aligned.position_m;
-    let seen: Vec<[f64; 2]> = position_m
-        .iter()
-        .map(|position_m| range_and_incidence(*position_m, place_m))
-        .collect();
-    let mut fast_time_ns = Vec::with_capacity(seen.len());
+/// The echoes of a place: refracted below the ground of the run, along both ways where antennas are apart.
+///
+/// # Errors
+/// A ground that no ray can be traced through.
+pub fn hyperbola(current: &Current, place_m: [f64; 3]) -> Result<Hyperbola, RequestError> {
+    let prepared = &current.prepared;
+    let pixels = prepared.scene.pixels.clone();
+    let request = current.campaign.image_request(pixels);
+    let half_m = prepared
+        .half_ways_m(&request, place_m)
+        .map_err(|error| RequestError::Image(error.into()))?;
+    let mut fast_time_ns = Vec::with_capacity(half_m.len());
     for track in &prepared.tracks {
         let delay_s = delay_s(track);
-        let own = &seen[track.range.clone()];
-        let times = own
-            .iter()
-            .map(|[range_m, _]| 1e9 * (2.0 * range_m / prepared.scene.light_speed_m_s + delay_s));
-        fast_time_ns.extend(times);
+        let own = half_m[track.range.clone()].iter();
+        let speed_m_s = prepared.scene.light_speed_m_s;
+        fast_time_ns.extend(own.map(|half_m| 1e9 * (2.0 * half_m / speed_m_s + delay_s)));
     }
-    let ranges = seen.iter().enumerate();
-    let nearest = ranges.min_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
-    Hyperbola {
+    let nearest = (half_m.iter().enumerate()).min_by(|(_, a), (_, b)| a.total_cmp(b));
+    let incidence = |position_m: &[f64; 3]| range_and_incidence(*position_m, place_m)[1];
+    Ok(Hyperbola {
         place_m,
         fast_time_ns,
         apex: nearest.map(|(pulse, _)| pulse),
-        incidence_deg: seen.into_iter().map(|[_, deg]| deg).collect(),
-    }
+        incidence_deg: prepared.aligned.position_m.iter().map(incidence).collect(),
+    })
 }
 
 /// A place as a pulse sees it.

@@ -37,6 +37,7 @@ const ASSETS: &[(&str, &str, &str)] = &[
     script!("camera.js"),
     script!("coloured.js"),
     script!("cuts-pane.js"),
+    script!("depth.js"),
     script!("display-panel.js"),
     script!("drawing.js"),
     script!("export.js"),

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use acerra_chain::Track;
+use acerra_imaging::refraction::Layer;
 use axum::extract::{Path, Query, State};
 use axum::http::HeaderValue;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE, HeaderName};
@@ -104,7 +105,28 @@ fn describe(current: &Current) -> Value {
         "height_m": prepared.aligned.height_m,
         "settings": current.campaign,
         "light_speed_m_s": prepared.scene.light_speed_m_s,
+        "soil": soil(current),
     })
+}
+
+/// Thickness (m; none of the last) and refractive index of every layer below ground, from the top; empty for runs
+/// without ground.
+fn soil(current: &Current) -> Vec<(Option<f64>, f64)> {
+    let prepared = &current.prepared;
+    let request = current
+        .campaign
+        .image_request(prepared.scene.pixels.clone());
+    let found = prepared.permittivity.map(|found| found.value);
+    let layer = |layer: &Layer| {
+        let permittivity = found.unwrap_or(layer.soil.relative_permittivity);
+        let thickness_m = layer.thickness_m;
+        (
+            thickness_m.is_finite().then_some(thickness_m),
+            permittivity.sqrt(),
+        )
+    };
+    let layers = request.underground.map(|ground| ground.layers);
+    layers.iter().flatten().map(layer).collect()
 }
 
 /// The largest modulus of a radargram.
@@ -158,7 +180,7 @@ async fn echoes_of_place(
     let echoes = shared.with_data(number, move |current| {
         let ground_m = current.prepared.scene.ground.below_m(x_m, y_m);
         let place_m = [x_m, y_m, z_m.unwrap_or(ground_m)];
-        Ok(hyperbola(&current.prepared, place_m))
+        hyperbola(current, place_m)
     });
     echoes.await
 }

@@ -69,6 +69,13 @@ export function displayPanel(store) {
       changed();
     },
   });
+  const gain = slider({
+    name: "Gain of the radargram", id: "radargram-gain", low: 0, high: 80, step: 1, value: look.radargramGain, text: (v) => `${v} dB at the last sample`,
+    changed: (v) => {
+      look.radargramGain = v;
+      changed();
+    },
+  });
   panel.append(legend, mode.row, colours.row, floor.row, top.row);
   if (meta?.display.gain) panel.append(toggle("Undo 1/R², as the run's picture does", look.gain, (v) => { look.gain = v; changed(); }));
   if (store.hasTerrain) panel.append(toggle("Contours of the ground", look.contours, (v) => { look.contours = v; changed(); }));
@@ -76,7 +83,7 @@ export function displayPanel(store) {
     const opacity = slider({ name: "Image over the map", id: "opacity", low: 0, high: 1, step: 0.05, value: look.opacity, text: (v) => `${Math.round(100 * v)} %`, changed: (v) => { look.opacity = v; changed(); } });
     panel.append(opacity.row);
   }
-  panel.append(radargram.row, layersOf(store, changed));
+  panel.append(radargram.row, gain.row, layersOf(store, changed));
   void draw();
   store.on(["look"], () => {
     mode.select.value = look.mode;

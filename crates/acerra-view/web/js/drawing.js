@@ -80,12 +80,14 @@ export function cross(c, x, y, colour) {
   }
 }
 
+/** @typedef {{value: (place: number) => number, place: (value: number) => number}} Numbers what an axis counts, where that is not the place itself */
+
 /**
- * Ticks along the left and lower edges.
+ * Ticks along the left and lower edges, and along the right one where another scale is given for it.
  * @param {CanvasRenderingContext2D} c @param {import("./camera.js").Camera} camera @param {{x: string, y: string}} names
- * @param {{value: (x: number) => number, place: (value: number) => number}} [numbers] what the x axis counts, where that is not the place itself
+ * @param {Numbers} [numbers] of the x axis @param {{name: string, numbers: Numbers}} [right]
  */
-export function axes(c, camera, names, numbers = { value: (x) => x, place: (value) => value }) {
+export function axes(c, camera, names, numbers = { value: (x) => x, place: (value) => value }, right = undefined) {
   const view = camera.view();
   const digits = (/** @type {number} */ s) => Math.max(0, -Math.floor(Math.log10(s) + 1e-9));
   const [first, last] = view.x.map(numbers.value);
@@ -108,4 +110,15 @@ export function axes(c, camera, names, numbers = { value: (x) => x, place: (valu
   }
   label(c, names.x, camera.width - 8, bottom - 9, { align: "right" });
   label(c, names.y, 9, 15);
+  if (!right) return;
+  const [top, low] = view.y.map(right.numbers.value);
+  const sr = step(low - top, camera.height / 60);
+  const edge = camera.width;
+  for (let k = Math.ceil(top / sr); k * sr <= low; k++) {
+    const [, y] = camera.toScreen(0, right.numbers.place(k * sr));
+    if (y < 22 || y > bottom - 28) continue;
+    line(c, [[edge - 6, y], [edge, y]], "#fff", { width: 1.2 });
+    label(c, (k * sr).toFixed(digits(sr)), edge - 9, y, { align: "right", baseline: "middle" });
+  }
+  label(c, right.name, edge - 9, 15, { align: "right" });
 }

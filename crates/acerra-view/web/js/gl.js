@@ -175,7 +175,7 @@ export class Painter {
   bring(opacity) {
     const { gl, shown } = this;
     if (!shown) return;
-    this.take(this.use(shown.mode, shown.gain !== null && shown.mode === 0));
+    this.take(this.use(shown.mode, shown.gain !== null && (shown.mode === 0 || shown.mode === 2)));
     gl.uniform2f(this.place("u_window"), shown.window[0], shown.window[1]);
     gl.uniform2f(this.place("u_scale"), 10 ** (-shown.zero_db / 20), 10 ** (-shown.other_zero_db / 20));
     this.blend(opacity);

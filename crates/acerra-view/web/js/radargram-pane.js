@@ -5,6 +5,7 @@ import { axes, cross, line, ringMark } from "./drawing.js";
 import { TiledLayer, boundsOf } from "./layers.js";
 import { palette } from "./palettes.js";
 import { Pane } from "./pane.js";
+import { depthOf, opticalOf } from "./depth.js";
 import { number, readout } from "./readout.js";
 import { CHOSEN } from "./store.js";
 
@@ -32,6 +33,9 @@ export class RadargramPane {
     this.shown = "";
     /** @type {WebGLTexture | null} */
     this.colours = null;
+    /** @type {WebGLTexture | null} */
+    this.gain = null;
+    this.gainShown = 0;
     this.selecting = new Latest();
     this.asking = new Latest();
     const { pane } = this;
@@ -106,8 +110,20 @@ export class RadargramPane {
     const signed = store.look.radargram === "signed";
     /** @type {[number, number]} */
     const window = signed ? [0, 0.25 * this.maximum] : [FLOOR_DB[this.stage], 0];
-    this.pane.painter.look({ mode: signed ? 2 : 0, window, zero_db: 20 * Math.log10(this.maximum), other_zero_db: 0, gain: null, colours, opacity: 1 });
+    this.pane.painter.look({ mode: signed ? 2 : 0, window, zero_db: 20 * Math.log10(this.maximum), other_zero_db: 0, gain: this.gainTexture(), colours, opacity: 1 });
     layer.draw(this.pane.camera, ratio);
+  }
+
+  /** The gain that the display adds from the first sample to the last, if any. */
+  gainTexture() {
+    const { painter } = this.pane;
+    const { radargramGain } = this.store.look;
+    if (this.gainShown !== radargramGain) {
+      if (this.gain) painter.forget(this.gain);
+      this.gain = radargramGain > 0 ? painter.nodes(2, new Float32Array([0, 0, radargramGain, radargramGain])) : null;
+      this.gainShown = radargramGain;
+    }
+    return this.gain;
   }
 
   /** @param {CanvasRenderingContext2D} c */
@@ -140,7 +156,22 @@ export class RadargramPane {
       const [x] = camera.toScreen(column(pulse), 0);
       line(c, [[x, 0], [x, camera.height]], colour, { width: 1 });
     }
-    axes(c, camera, { x: "trace", y: "fast time / ns" }, this.traceNumbers(track, store.data.trace));
+    axes(c, camera, { x: "trace", y: "fast time / ns" }, this.traceNumbers(track, store.data.trace), this.rangeAxis());
+  }
+
+  /** Range from the antenna, or with ground the depth below the median height of the track. */
+  rangeAxis() {
+    const { trackMeta: track, data } = this.store;
+    if (!track || !data) return undefined;
+    const perNs = 0.5e-9 * data.light_speed_m_s;
+    if (!data.soil.length) return { name: "range / m", numbers: { value: (/** @type {number} */ y) => y * perNs, place: (/** @type {number} */ r) => r / perNs } };
+    const heights = data.height_m.slice(track.first_pulse, track.first_pulse + track.pulses).sort((a, b) => a - b);
+    const height = heights[heights.length >> 1] ?? 0;
+    const numbers = {
+      value: (/** @type {number} */ y) => depthOf(y * perNs - height, data.soil),
+      place: (/** @type {number} */ depth) => (height + opticalOf(depth, data.soil)) / perNs,
+    };
+    return { name: `depth / m from ${number(height, 2, "m")} height`, numbers };
   }
 
   /**
@@ -216,7 +247,7 @@ export class RadargramPane {
     const within = sample >= 0 && sample < meta.samples;
     const value = within ? layer.tiles.value(Math.round(x), sample) : null;
     const range = (y * 1e-9 * data.light_speed_m_s) / 2;
-    const depth = range - data.height_m[pulse];
+    const depth = depthOf(range - data.height_m[pulse], data.soil);
     const echoes = this.store.mark?.hyperbola ?? null;
     const modulus = value ? Math.hypot(value[0], value[1]) : null;
     readout(this.list, [

@@ -19,7 +19,7 @@ void main() {
 const SHARES = [
   "  return (level(z * u_scale.x) GAIN - u_window.x) / (u_window.y - u_window.x);",
   "  return atan(z.y, z.x) / 6.28318531 + 0.5;",
-  "  return 0.5 + 0.5 * z.x / u_window.y;",
+  "  return 0.5 + 0.5 * z.x GAIN / u_window.y;",
   "  return 0.5 + 0.5 * (level(z * u_scale.x) - level(texture(u_other, v_texture).rg * u_scale.y)) / u_window.y;",
   "  return length(z);",
 ];
@@ -60,7 +60,7 @@ void main() {
   vec3 rgb = texelFetch(u_colours, ivec2(int(at * 255.0 + 0.5), 0), 0).rgb;
   // Not a number: grey.
   colour = vec4(z.x + z.y == z.x + z.y ? rgb : vec3(0.60, 0.62, 0.65), 1.0) * u_opacity;
-}`.replace("GAIN", gain ? "+ gain_db()" : "");
+}`.replace("GAIN", gain ? (mode === 2 ? "* exp2(0.166096405 * gain_db())" : "+ gain_db()") : "");
 
 /** A picture copied, its colours multiplied by their opacity. */
 export const COPY = `#version 300 es

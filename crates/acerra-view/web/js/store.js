@@ -1,7 +1,7 @@
 // What is shown at the moment, and who wants to hear when it changes.
 
 /** @typedef {"image" | "track" | "targets" | "surveyed"} Layer */
-/** @typedef {{palette: string, mode: "level" | "phase" | "coherence", window: [number, number], gain: boolean, radargram: "level" | "signed", opacity: number, contours: boolean, layers: Record<Layer, boolean>}} Look */
+/** @typedef {{palette: string, mode: "level" | "phase" | "coherence", window: [number, number], gain: boolean, radargram: "level" | "signed", radargramGain: number, opacity: number, contours: boolean, layers: Record<Layer, boolean>}} Look */
 /** @typedef {{mode: "off" | "swipe" | "blink" | "difference", run: number, share: number}} Compare */
 /** @typedef {"run" | "engine" | "look" | "mark" | "echo" | "selection" | "edits" | "pulse" | "compare" | "live" | "mode" | "slice" | "cut" | "chosen"} Topic */
 
@@ -17,7 +17,7 @@ export class Store {
     /** @type {import("./types.js").EngineStatus} */
     this.engine = { state: "idle" };
     /** @type {Look} */
-    this.look = { palette: "inferno", mode: "level", window: [-40, 0], gain: true, radargram: "level", opacity: 0.75, contours: true, layers: { image: true, track: true, targets: true, surveyed: true } };
+    this.look = { palette: "inferno", mode: "level", window: [-40, 0], gain: true, radargram: "level", radargramGain: 0, opacity: 0.75, contours: true, layers: { image: true, track: true, targets: true, surveyed: true } };
     /** @type {Compare} */
     this.compare = { mode: "off", run: 0, share: 0.5 };
     /** The place marked on the image, and its echoes. @type {{x: number, y: number, hyperbola: import("./types.js").Hyperbola | null} | null} */

@@ -18,7 +18,7 @@
 /** @typedef {{name: string, unit: string, first_pulse: number, pulses: number, time_offset_s: number, radargram: RadargramMeta | null, has_sky: boolean}} TrackMeta */
 /** @typedef {{name: string, time_s: number[], direction_deg: ([number, number] | null)[], cn0_db_hz: (number | null)[][]}} SatelliteInSky */
 /** @typedef {{preprocess: {background: unknown, gate_ns: unknown}, image: {band_ghz: number[], z_m: unknown, light_speed_m_s: number, terrain: string | null}}} Settings */
-/** @typedef {{revision: number, tracks: TrackMeta[], trace: number[], time_s: number[], position_m: number[][], height_m: number[], settings: Settings, light_speed_m_s: number}} EngineData */
+/** @typedef {{revision: number, tracks: TrackMeta[], trace: number[], time_s: number[], position_m: number[][], height_m: number[], settings: Settings, light_speed_m_s: number, soil: import("./depth.js").Soil}} EngineData */
 /** @typedef {{state: "idle" | "reading" | "ready" | "failed", reason?: string, data?: EngineData}} EngineStatus */
 /** @typedef {{place_m: number[], fast_time_ns: number[], incidence_deg: number[], apex: number | null}} Hyperbola */
 /** @typedef {{pulse: number, range_m: number, incidence_deg: number | null, places_m: number[][]}} Ring */
