@@ -13,18 +13,18 @@ use crate::parts::Parts;
 use crate::ranging::Ranging;
 use crate::smoother::Smoothed;
 
-/// Power of an echo over its variance from which its phase and delay are taken.
+/// Least ratio of an echo's power to its variance for which phase and delay are used.
 const LEAST_SIGNAL: f64 = 3.0;
 /// Observables of an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Its phase, as a range, up to a constant of the point.
+    /// Phase of the echo as a range, up to a constant of the point.
     Phase,
-    /// Its delay, as a range.
+    /// Delay of the echo as a range.
     Delay,
 }
 
-/// How observations are made.
+/// Settings of the observations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Observing<'a> {
     /// Whether phases are observed in addition to delays.
@@ -48,7 +48,7 @@ pub(crate) struct Row {
     value_m: f64,
     by_error: Vector3<f64>,
     by_place: [f64; 2],
-    /// Variance by the noise, m², and the share of its inverse that counts.
+    /// Variance by the noise, m².
     pub variance_m2: f64,
     pub weight: f64,
 }
@@ -59,9 +59,9 @@ pub(crate) struct Rows {
     pub rows: Vec<Row>,
     pub pulses: usize,
     pub points: usize,
-    /// Phases of each point: one a part of the flight; none where delays alone are observed.
+    /// Number of phases of each point: one a part of the flight, or zero where delays alone are observed.
     phases: usize,
-    /// Prior variances of the globals, and the factors that they have in each row, one after another.
+    /// Prior variances of the globals.
     global_variance: Vec<f64>,
     by_global: Vec<f64>,
     pixel_m: Vec<[f64; 2]>,
@@ -70,14 +70,14 @@ pub(crate) struct Rows {
     pub scale: Vec<[f64; 2]>,
 }
 
-/// What rows are made about.
+/// The model about which observations are linearised, and constants of the radar.
 pub(crate) struct Standpoint<'a> {
     pub model: &'a Model,
     pub histories: &'a Histories,
     pub parts: &'a Parts,
     pub position_m: &'a [[f64; 3]],
     pub ground: &'a Ground<'a>,
-    /// Wavenumber that turns phases into ranges, rad/m, and the range resolution, m.
+    /// Wavenumber that converts phases into ranges, rad/m.
     pub carrier: f64,
     pub cell_m: f64,
 }
@@ -183,7 +183,7 @@ impl Rows {
         }
     }
 
-    /// Parameters: two of place and the phases for each point; then the globals.
+    /// Number of parameters of each point: two of place, and the phases.
     fn per_point(&self) -> usize {
         2 + self.phases
     }
@@ -273,7 +273,7 @@ impl Rows {
         row.value_m - row.by_error.dot(&found.error_m[row.pulse]) - by_parameters
     }
 
-    /// The model that a solution leads to.
+    /// The model after the step of a solution.
     pub fn apply(&self, model: &Model, found: &Smoothed) -> Model {
         let per_point = self.per_point();
         let mut next = model.clone();
@@ -291,7 +291,8 @@ impl Rows {
         next
     }
 
-    /// Weighted rms of a point's residual ranges by phase, m; none where it has too few.
+    /// Weighted rms of a point's residual ranges by phase, m; `None` where the point has too few
+    /// observations.
     pub fn phase_rms_m(&self, found: &Smoothed, point: usize) -> Option<f64> {
         let rows = self.rows.iter().enumerate();
         let own = rows.filter(|(_, r)| r.point == point && r.kind == Kind::Phase);

@@ -28,7 +28,7 @@ fn whole(i: V) -> __m256i {
     }
 }
 
-/// Bytes to the places of `step` numbers that lanes name: two lanes leave their register at a time.
+/// Byte offsets of the places of `step` numbers given by the lanes; two lanes leave their register at a time.
 #[inline(always)]
 fn bytes_from(i: __m256i, step: usize) -> [isize; 8] {
     // SAFETY: only called from methods of the token.

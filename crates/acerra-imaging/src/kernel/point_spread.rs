@@ -19,10 +19,10 @@ pub(crate) enum Band<'a> {
         centre_per_m: f64,
         /// Step between neighbours.
         step_per_m: f64,
-        /// How many there are.
+        /// Number of frequencies.
         count: f64,
     },
-    /// Any.
+    /// Any frequencies.
     Uneven {
         /// One by one, Hz.
         frequency_hz: &'a [f64],

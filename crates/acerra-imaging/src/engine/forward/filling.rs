@@ -6,12 +6,12 @@ use num_complex::Complex64;
 /// Pixels after which single-precision sums are added to those in double precision.
 const FLUSH_AFTER: usize = 1 << 16;
 
-/// Where the echoes of an image go.
+/// Destination of the echoes of an image.
 pub(crate) enum Echo<'a> {
-    /// Added to spectra `[pulses, N]`.
+    /// Spectra `[pulses, N]`.
     Spectra(&'a mut [Complex64]),
-    /// Added to range bins, which [`finish`](super::direct::DirectForward::finish) turns into spectra once for
-    /// any number of images.
+    /// Range bins, which [`finish`](super::direct::DirectForward::finish) turns into spectra once for any
+    /// number of images.
     Bins {
         /// `[pulses, bins]`
         sums: &'a mut [f64],
@@ -28,7 +28,8 @@ impl<'a> Echo<'a> {
         }
     }
 
-    /// The first `pulses` of them, and the rest; a pulse has `bins` and `n` frequencies.
+    /// The destinations of the first `pulses` pulses and of the rest; a pulse has `bins` numbers in its bins
+    /// and `n` frequencies.
     pub fn split(self, pulses: usize, [bins, n]: [usize; 2]) -> (Self, Self) {
         match self {
             Self::Spectra(out) => {

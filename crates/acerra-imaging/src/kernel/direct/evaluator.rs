@@ -3,7 +3,7 @@
 use super::job::Job;
 use crate::kernel::lanes::{Lanes, ROUNDING};
 
-/// Evaluates contributions once their range is known.
+/// Evaluator of contributions at known ranges.
 pub(super) struct Evaluator<S: Lanes, const DEGREE: usize, const TERMS: usize> {
     s: S,
     rounding: S::V,
@@ -14,7 +14,7 @@ pub(super) struct Evaluator<S: Lanes, const DEGREE: usize, const TERMS: usize> {
 }
 
 impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TERMS> {
-    /// For the table and the carrier of a job.
+    /// The evaluator for the table and the carrier of a job.
     #[inline(always)]
     pub fn of(s: S, job: &Job) -> Self {
         Self {
@@ -142,8 +142,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         }
     }
 
-    /// Adds what the polynomial of `entry`'s coefficients makes at `delta`. `entry` must be inlined always: a
-    /// closure of its own is compiled without the level's instructions.
+    /// Adds the value at `delta` of the polynomial with the coefficients `entry`. `entry` must be inlined
+    /// always: a closure that is not inlined is compiled without the level's instructions.
     #[inline(always)]
     fn add(
         &self,
@@ -159,7 +159,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
             im = s.mul_add(im, delta, entry(2 * p + 1));
         }
         let square = s.mul(delta, delta);
-        // One term less than the cosine's: its error is smaller by itself.
+        // The sine needs one term fewer than the cosine for the same error.
         let (mut cosine, mut sine) = (self.cosine[TERMS - 1], self.sine[TERMS - 2]);
         for k in (0..TERMS - 1).rev() {
             cosine = s.mul_add(cosine, square, self.cosine[k]);

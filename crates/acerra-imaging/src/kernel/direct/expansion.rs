@@ -1,4 +1,5 @@
-//! Expansion of the range over the groups of a block, and the choice of how each is read.
+//! Expansion of the range over the groups of a block, and the choice between windows, gathers and the
+//! double-precision sum for each pulse.
 
 use super::job::{Band, CHUNK, Job, PixelWeight, block_width, vectors_a_group};
 use crate::kernel::aligned::Aligned;
@@ -7,10 +8,11 @@ use crate::kernel::two_ways::{lesser, mean, spreading};
 use crate::vector::dot;
 use std::ops::Range;
 
-/// Rows of parameters of a pulse: without a weight of the pixels the first eight.
+/// Greatest number of parameter rows of a pulse; without a weight of the pixels only the first eight are
+/// used.
 const MOST_ROWS: usize = 10;
 
-/// Rows of parameters that a pulse takes, with a weight of the pixels or without.
+/// Number of parameter rows of a pulse, with or without a weight of the pixels.
 pub(super) const fn parameter_rows(weighted: bool) -> usize {
     if weighted { MOST_ROWS } else { 8 }
 }
@@ -48,17 +50,16 @@ impl<S: Lanes> Block<'_, S> {
 
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct Setup {
-    /// Of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: range at its
-    /// middle in bins past `whole`, the first, second and third power's coefficients a pixel, and for
-    /// either vector the whole bins from `whole` to its window and the bits of the integer at which
-    /// that window starts in the chunk's table; with a weight of the pixels also that weight, or the ratio of cosines
-    /// on which it depends, at the group's middle and its change a pixel.
+    /// Parameters of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: the range
+    /// at the group's middle in bins past `whole`; the coefficients of the first, second and third power of
+    /// the pixel; for either vector the whole bins from `whole` to the vector's window, and the bits of the
+    /// integer at which the window starts in the chunk's table. With a weight of the pixels also the weight
+    /// (or the ratio of cosines on which the weight depends) at the group's middle, and its change a pixel.
     pub windowed: Aligned<{ CHUNK * MOST_ROWS * MAX_LANES }>,
     /// Range and along-row offset of the block's centre from each antenna of each pulse, m.
     pub range_m: [[f32; CHUNK]; 2],
     pub along_m: [[f32; CHUNK]; 2],
-    /// Ratio of the cosines from boresight and vertical at the block's centre, and its change along the
-    /// row, 1/m.
+    /// Ratio of the cosines from boresight and vertical at the block's centre.
     pub ratio: [f32; CHUNK],
     pub ratio_slope: [f32; CHUNK],
     /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
@@ -79,7 +80,7 @@ impl Setup {
         }
     }
 
-    /// Ranges from every antenna to the block's centre, in double precision.
+    /// Computes the ranges from every antenna to the block's centre in double precision.
     #[inline(always)]
     pub fn measure<S: Lanes, const WEIGHTED: bool>(&mut self, block: &Block<S>) {
         let ([x, y, z], unit, job) = (block.centre_m(), block.unit(), block.job);
@@ -126,7 +127,7 @@ impl Setup {
     }
 }
 
-/// How the pulses of a chunk are read for one block.
+/// Pulses of a chunk by the way in which they are read for one block.
 pub(super) struct Paths {
     /// Pulses with parameters in [`Setup::windowed`].
     pub windowed: usize,
@@ -196,16 +197,16 @@ impl<S: Lanes> Groups<S> {
 /// The range over each group, one lane a group.
 #[derive(Clone, Copy)]
 struct Expansion<S: Lanes> {
-    /// At the middle, m (the nearer of two antennas), and in bins past the whole bins of the block's centre.
+    /// Range at the middle from the nearer antenna, m.
     range_m: S::V,
     t: S::V,
     /// Coefficients of the powers of the pixel, bins.
     first: S::V,
     second: S::V,
     third: S::V,
-    /// Bound of what the expansion drops, bins.
+    /// Bound of the expansion's truncation error, bins.
     truncation_error: S::V,
-    /// Largest departure from a vector's middle beside the second power, bins.
+    /// Largest departure of the odd powers from the range at a vector's middle, bins.
     reach: S::V,
 }
 
@@ -268,7 +269,7 @@ impl<S: Lanes> Expansion<S> {
         }
     }
 
-    /// Half the way there and back, from those of its parts.
+    /// The expansion of the mean of both ranges.
     #[inline(always)]
     fn mean(self, s: S, other: Self) -> Self {
         Self {
@@ -282,8 +283,8 @@ impl<S: Lanes> Expansion<S> {
         }
     }
 
-    /// The spreading of two ways beside that of their mean, S²/(R_t R_r), at the middle of each group and its change a
-    /// pixel.
+    /// Ratio S²/(R_t R_r) of the bistatic spreading to the spreading at the mean range, at the middle of each
+    /// group, and its change a pixel.
     #[inline(always)]
     fn spreading(&self, s: S, other: &Self, bins: f32) -> [S::V; 2] {
         let (a, b) = (self.range_m, other.range_m);
@@ -295,7 +296,8 @@ impl<S: Lanes> Expansion<S> {
         [weight, s.mul(weight, change)]
     }
 
-    /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
+    /// Number of bins that a vector spans, and for either vector of a group the whole bins at which its
+    /// window must start.
     #[inline(always)]
     fn windows(&self, s: S) -> (S::V, [S::V; 2]) {
         let (half_vector, shift) = (Groups::<S>::HALF_VECTOR, Groups::<S>::SHIFT);
@@ -346,8 +348,8 @@ impl<S: Lanes> Expansion<S> {
     }
 }
 
-/// Expands the ranges of all pulses of a chunk and decides how each is read: a function that all degrees of tables
-/// share.
+/// Expands the ranges of all pulses of a chunk and decides how each pulse is read. All degrees of tables
+/// share this function.
 #[inline(never)]
 pub(super) fn expand<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
     block: &Block<S>,

@@ -1,8 +1,8 @@
 //! Tiles whose groups are squares of 4 × 4 pixels instead of pieces of a row.
 //!
-//! Sixteen pixels in a row of 4 cm extend over 60 cm of range, four by four over a third of it: where
-//! pixels are coarse, squares still find their range bins in a window of registers. The range over a
-//! square is a polynomial in both directions about its middle.
+//! Sixteen pixels in a row of 4 cm extend over 60 cm of range, a square of four by four over a third of 60
+//! cm: where pixels are coarse, squares still find their range bins in a window of registers. The range over
+//! a square is a polynomial in both directions about its middle.
 
 use super::evaluator::Evaluator;
 use super::job::{Band, CHUNK, GROUP, Job, PixelWeight, SIDE, TILE, Tally, square_rows};
@@ -21,9 +21,9 @@ const MOST_STRIPS: usize = square_rows(8) / SIDE;
 
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`square_rows`].
 ///
-/// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
-/// `CUBIC` adds the third order of the range within a square, `WIDE` takes windows of two registers
-/// where one is not enough, and `RELIEF` heights of the pixels, which `relief` then has.
+/// `DEGREE` is the degree of the table, `TERMS` the number of the cosine's coefficients (the sine has one
+/// fewer); `CUBIC` adds the third order of the range within a square, `WIDE` permits windows of two
+/// registers, and `RELIEF` reads the heights of the pixels in `relief`.
 #[inline(always)]
 pub(crate) fn square_band<
     S: Lanes,
@@ -154,8 +154,8 @@ fn sum_block<
     }
 }
 
-/// Pixels of a group from its middle, one pair of vectors a vector of the group: along the row, across,
-/// and their products.
+/// Offsets of a group's pixels from the group's middle along the row and across, and products of these
+/// offsets, for both vectors of the group.
 struct Offsets<S: Lanes> {
     along: [S::V; 2],
     across: [S::V; 2],
@@ -216,7 +216,7 @@ impl<
     const RELIEF: bool,
 > BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE, RELIEF>
 {
-    /// Sums from windows of group `k`, real and imaginary parts of each vector.
+    /// Sums of group `k` over the pulses read from windows: real and imaginary part of each vector.
     #[inline(always)]
     fn windows(&self, k: usize) -> [[S::V; 2]; 2] {
         let s = self.block.s;
@@ -312,7 +312,8 @@ impl<
         let is_weighted = block.job.weight.is_some();
         for &m in self.paths.gathered() {
             let m = usize::from(m);
-            // From the middle of the group, in double precision: squares of coarse pixels are large.
+            // Ranges count from the middle of the group, computed in double precision: squares of coarse
+            // pixels are large.
             let origin = Origin::of(block, frame, k, m);
             for (side, sums) in sums.iter_mut().enumerate().take(GROUP / S::N) {
                 let (i, j) = (
@@ -349,8 +350,8 @@ impl<
         }
     }
 
-    /// Ranges of pixels from an antenna, and how much longer than that of their group's middle they are, m; pixels are
-    /// at `offset` from the middle, along the row, across, and in height.
+    /// Ranges of pixels from an antenna, and their excess over the range of the group's middle, m. The last
+    /// argument is the offset of the pixels from the middle along the row, across, and in height.
     #[inline(always)]
     fn exact(&self, seen: &Seen, [i, j, height]: [S::V; 3]) -> [S::V; 2] {
         let s = self.block.s;

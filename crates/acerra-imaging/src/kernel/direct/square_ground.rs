@@ -94,7 +94,7 @@ impl SquareGround {
     }
 }
 
-/// Pixels from the middle of a square to its `x`-th column or row.
+/// Pixels from the middle of a square to the `x`-th column or row.
 fn from_middle(x: usize) -> f32 {
     x as f32 - HALF
 }
