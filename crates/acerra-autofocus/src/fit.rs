@@ -23,6 +23,7 @@ use crate::template::Template;
 const WEIGHINGS: usize = 3;
 /// Largest number of steps of one stage.
 const STEPS: usize = 12;
+/// Largest number of steps where globals make the objective's valley long and bent.
 const STEPS_WITH_GLOBALS: usize = 25;
 /// Shares of a step that are tried in turn.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];

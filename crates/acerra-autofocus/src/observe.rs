@@ -50,6 +50,7 @@ pub(crate) struct Row {
     by_place: [f64; 2],
     /// Variance by the noise, m².
     pub variance_m2: f64,
+    /// Share of the inverse variance that counts.
     pub weight: f64,
 }
 
@@ -63,6 +64,7 @@ pub(crate) struct Rows {
     phases: usize,
     /// Prior variances of the globals.
     global_variance: Vec<f64>,
+    /// Factors of the globals in each row, row after row.
     by_global: Vec<f64>,
     pixel_m: Vec<[f64; 2]>,
     place_sigma_m: f64,
@@ -79,6 +81,7 @@ pub(crate) struct Standpoint<'a> {
     pub ground: &'a Ground<'a>,
     /// Wavenumber that converts phases into ranges, rad/m.
     pub carrier: f64,
+    /// Range resolution, m.
     pub cell_m: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What an autofocus found.
+//! Results of an autofocus.
 
 use serde::Serialize;
 

@@ -21,6 +21,7 @@ const APART_CELLS: f64 = 1.5;
 pub(crate) struct Reached {
     /// Model at the beginning of the stages, with the points that were kept.
     pub start: Model,
+    /// Stages that led to the maximum.
     pub stages: &'static [Stage],
     pub fitted: Fitted,
 }

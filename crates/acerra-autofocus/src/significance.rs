@@ -18,6 +18,7 @@ pub(crate) struct Gains {
     pub point_db: Vec<f64>,
     /// Mean gain, weighted by the points' amplitudes, dB.
     pub mean_db: f64,
+    /// Standard error of the mean gain, dB.
     pub sigma_db: f64,
     /// Least gain of a point by the whole estimate, dB.
     pub worst_db: f64,

@@ -16,7 +16,7 @@ use crate::align::overlap::check_clocks;
 use crate::align::plane::{GroundFound, find_ground};
 use crate::align::radar_surface::{RadarSurfaceError, SeenTrack, radar_surface};
 use crate::align::recording::Recording;
-use crate::align::uncovered::tell_uncovered;
+use crate::align::uncovered::warn_of_uncovered;
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean, filtered, zero_s};
 use crate::control::Control;
@@ -156,7 +156,7 @@ pub fn prepare(
         }
         let settled = settle_ground(&recordings, scene, control);
         if let (Err(ChainError::Ground(_)), Some(first)) = (&settled, recordings.first()) {
-            tell_uncovered(first, warnings);
+            warn_of_uncovered(first, warnings);
         }
         settled
     })?;
@@ -168,7 +168,7 @@ pub fn prepare(
                 let flight = flight_of(recording, &scene);
                 let clocked = align_clocks(flight, &recording.options, warnings, control);
                 if let Err(ClockError::Offset(_)) = &clocked {
-                    tell_uncovered(recording, warnings);
+                    warn_of_uncovered(recording, warnings);
                 }
                 Ok(clocked?)
             })

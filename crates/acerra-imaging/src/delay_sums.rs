@@ -90,6 +90,7 @@ pub struct DelaySums {
     first_delay_s: f64,
     /// Spacing of the table (s).
     step_s: f64,
+    /// Samples of the table from one delay to the next.
     a_delay: usize,
     /// Number of samples of fast time at which a curve meets the record at some delay.
     places: f64,

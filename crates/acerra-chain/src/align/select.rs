@@ -1,4 +1,4 @@
-//! Which traces of a log enter the image.
+//! Selection of the traces that enter the image.
 
 use acerra_radar::{MovingOptions, moving_traces};
 
@@ -9,7 +9,7 @@ const STANDING_SHARE: f64 = 0.25;
 /// Share of the moving traces that the longest moving interval must hold to represent all of them.
 const MOVING_SHARE: f64 = 0.9;
 
-/// A selection that cannot be.
+/// Reason for which a selection is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SelectError {
@@ -20,7 +20,7 @@ pub enum SelectError {
     Beyond {
         /// Traces in the log.
         traces: usize,
-        /// The number found.
+        /// Largest number found.
         last: usize,
     },
     /// Moving traces are selected, and the platform never moves.
@@ -28,7 +28,7 @@ pub enum SelectError {
     NeverMoves,
 }
 
-/// The traces selected, and how the platform moves.
+/// The traces selected, and the kind of motion of the platform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Whether each trace of the log is selected.
@@ -38,8 +38,7 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The traces that `choice` takes of a log, given the horizontal speed (m/s) of each whose position shows
-    /// one.
+    /// The traces that `choice` selects, given the horizontal speed (m/s) of each trace where known.
     ///
     /// # Errors
     /// Trace numbers beyond the log, a platform that never moves.
@@ -120,7 +119,7 @@ mod tests {
     fn a_platform_that_stands_is_imaged_moving() {
         assert_eq!(of(&[(100, 0.01), (150, 1.0), (100, 0.02)]), (150, true));
         assert_eq!(of(&[(20, 0.01), (300, 1.0), (20, 0.02)]), (340, false));
-        // Swaying in place is no flight.
+        // Swaying in place does not count as motion.
         assert_eq!(of(&[(50, 0.01), (50, 0.05)]), (100, false));
     }
 

@@ -5,11 +5,11 @@ use crate::align::recording::Recording;
 use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 
-/// Share of the radar log's time that positions last at least, as the finding `trajectory_coverage` asks.
+/// Least share of the radar log's time that positions must cover, as for the finding `trajectory_coverage`.
 const LEAST_SHARE: f64 = 0.8;
 
 /// Reports gaps of a recording's positions, and positions that cover much less time than the radar log.
-pub(crate) fn tell_uncovered(recording: &Recording, warnings: &mut Warnings) {
+pub(crate) fn warn_of_uncovered(recording: &Recording, warnings: &mut Warnings) {
     let Positions::Trajectory(trajectory) = &recording.positions else {
         return;
     };
@@ -58,7 +58,7 @@ mod tests {
         let trajectory = Trajectory::new(Frame::Local, TimeOrigin::Relative, fixes).unwrap();
         let recording = Recording::new("north", radargram, trajectory);
         let mut warnings = Warnings::default();
-        tell_uncovered(&recording, &mut warnings);
+        warn_of_uncovered(&recording, &mut warnings);
         warnings.said().to_vec()
     }
 

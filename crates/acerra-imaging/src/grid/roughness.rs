@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Pixels along a side of a cell.
 const CELL: usize = 4;
-/// Cells of the roughest class, and bounds of the shares of the next classes.
+/// Number of cells of the roughest class, followed by the bounds of the next classes as shares of all cells.
 const ROUGHEST: usize = 16;
 const SHARES: [f64; 4] = [0.001, 0.01, 0.1, 1.0];
 
@@ -21,6 +21,7 @@ pub(crate) struct Roughness {
     classes: Vec<Range<usize>>,
     /// Columns and rows of the image.
     sizes: [usize; 2],
+    /// Cells of a row.
     columns: usize,
 }
 

@@ -141,6 +141,7 @@ pub(crate) struct Intervals<S: Lanes> {
     along: S::V,
     /// First of the intervals.
     first: usize,
+    /// Height from which heights are counted, m.
     from_height: S::V,
     up: S::V,
 }

@@ -57,7 +57,9 @@ pub(super) struct Expanded<S: Lanes> {
     pub slope: [S::V; 2],
     /// Half the second derivative along the row.
     pub along_square: S::V,
+    /// Mixed second derivative.
     pub product: S::V,
+    /// Half the second derivative across.
     pub across_square: S::V,
     /// One over the range, 1/units.
     pub inverse_range: S::V,
@@ -75,6 +77,7 @@ pub(super) struct Expanded<S: Lanes> {
 struct About<S: Lanes> {
     /// Range at the group's middle, m.
     range_m: S::V,
+    /// Excess of this range over the range at the block's middle, m.
     difference_m: S::V,
     slope: [S::V; 2],
     along_square: S::V,
@@ -83,6 +86,7 @@ struct About<S: Lanes> {
     inverse_range: S::V,
     /// Bound of the linear part over a group.
     linear: S::V,
+    /// Bound of the quadratic part over a group.
     squares: S::V,
     dropped: S::V,
 }

@@ -20,18 +20,19 @@ const TYPICAL: Mixture = Mixture {
     sigma_s: 0.2e-9,
     stray_share: 0.2,
 };
-/// Share of strays among the picks of an echo up to which the echo is seen throughout the flight; and, of an echo seen in
-/// a part of the flight, among the picks within [`ABOUT_S`] of those that fit the height (picks that fit by chance are
-/// apart from one another).
+/// Largest share of strays among the picks of an echo that is seen throughout the flight. For an echo seen in
+/// a part of the flight, the largest share among the picks within [`ABOUT_S`] of picks that fit the height
+/// (picks that fit by chance are isolated).
 const MOST_STRAYS: f64 = 0.5;
-/// Share of strays within [`ABOUT_S`] of the picks that fit the height, and error of these picks (s), up to which an echo
-/// follows the height trace after trace. Both were chosen on the random flights 1 to 120 of the validation book.
+/// Largest share of strays within [`ABOUT_S`] of the picks that fit the height, for an echo that follows the
+/// height trace after trace; chosen on the random flights 1 to 120 of the validation book.
 const FOLLOWED_STRAYS: f64 = 0.08;
+/// Largest error of the picks of such an echo, s; chosen on the same flights.
 const FOLLOWED_S: f64 = 0.5e-9;
 /// Evidence from which an echo is beyond doubt: odds of 400 to 1.
 const BEYOND_DOUBT: f64 = 6.0;
-/// This evidence for an echo that follows the height in a part of the flight only: the part may be chosen by
-/// chance, too.
+/// Evidence beyond doubt for an echo that follows the height only in a part of the flight, which may be a
+/// chance choice of the part.
 const OF_A_PART: f64 = 2.0 * BEYOND_DOUBT;
 /// Distance below which offsets count as one, s.
 const ONE_OFFSET_S: f64 = 0.1;
@@ -42,22 +43,22 @@ const REFITS: usize = 2;
 /// Iterations of the expectation maximisation at most, and the relative change at which it has converged.
 const MOST_ITERATIONS: usize = 20;
 const CONVERGED: f64 = 1e-3;
-/// Picks of a ridge by which excluded offsets are recognised: their log-likelihoods scatter by a few units
-/// about those of all picks.
+/// Number of picks of a ridge from which excluded offsets are recognised: log-likelihoods of a sample scatter
+/// by a few units about those of all picks.
 const SAMPLE: usize = 500;
 /// Spacing of the coarse grid of offsets, in steps of the fine one.
 const COARSE: f64 = 4.0;
 /// Log-likelihood below the best of the coarse grid from which an offset is not tried on the fine one: odds of
 /// 10⁹ to 1.
 const OUT_OF_QUESTION: f64 = 20.0;
-/// Ridges tried on the whole grid.
+/// Number of ridges tried on the whole grid.
 const KEPT: usize = 6;
 /// Smallest standard deviation of a residual, s (1.5 mm).
 const LEAST_S: f64 = 0.01e-9;
-/// Largest standard deviation of a residual, s (10 cm): the surface is flatter than that.
+/// Largest standard deviation of a residual, s (10 cm of range): ground is smoother.
 const MOST_S: f64 = 0.7e-9;
-/// Standard deviation of errors of the height that last as long as its changes do, s (1.5 mm): the lever arm
-/// under tilt, and other errors that a few independent residuals cannot show.
+/// Standard deviation of errors of the height that last as long as changes of the height, s (1.5 mm): the
+/// lever arm under tilt, and other errors that do not appear in a few independent residuals.
 const LASTING_ERROR_S: f64 = 0.01e-9;
 /// Width of a cell of the histogram of residuals by which the delay is found, s.
 const CELL_S: f64 = 0.1e-9;
@@ -71,27 +72,27 @@ pub struct HeightCue {
     pub offset_s: f64,
     /// Fast time at which range is zero, s, at the most likely offset: the delay of the echo after 2h/c.
     pub delay_s: f64,
-    /// Standard deviation of the delay, s (the height's own error is not in it).
+    /// Standard deviation of the delay, s, without the error of the height.
     pub delay_sigma_s: f64,
     /// Standard deviation of the residuals, s.
     pub residual_s: f64,
-    /// Share of the picks that are not the surface.
+    /// Share of the picks that do not belong to the surface.
     pub stray_share: f64,
-    /// Share of strays among the picks within a second of the surface's own picks.
+    /// Share of strays among the picks within a second of the surface's picks.
     pub(super) strays_about: f64,
-    /// Picks that take part.
+    /// Number of picks used.
     pub picks: usize,
     /// Number of picks that are equivalent to one independent pick.
     pub correlation_length: f64,
-    /// Deviation of the offset by errors of the heights that no scatter about the echo shows, as
-    /// [stated](FlightProfile::with_stated_error_m), s; it is not part of the curve.
+    /// Standard deviation of the offset by [stated](FlightProfile::with_stated_error_m) errors of the heights
+    /// that do not appear in the scatter about the echo, s; not included in the curve.
     pub stated_sigma_s: f64,
-    /// Log-likelihood of the most likely offset over an echo that ignores the height, less the
-    /// logarithm of the number of independent offsets that motion leaves and a general doubt of 4.
+    /// Log-likelihood of the most likely offset over an echo that ignores the height, less the logarithm of
+    /// the number of independent offsets that agree with motion, and less [`DOUBT`].
     pub evidence: f64,
-    /// This evidence without errors that last: for choosing among echoes.
+    /// The evidence without lasting errors, for choosing among echoes.
     pub(super) preference: f64,
-    /// Median envelope of the picks that are the surface, in units of the samples.
+    /// Median envelope of the surface's picks, in units of the samples.
     pub(super) envelope: f64,
 }
 
@@ -119,7 +120,7 @@ pub(super) struct Grid {
 /// The cues of the echoes that follow the height best, the best first.
 ///
 /// All ridges are tried on a coarse grid, the best few on the whole one. `likely_s` is the width of the
-/// offsets that the other cues leave.
+/// offsets that agree with the other cues.
 pub(super) fn height_cues(
     ridges: &[Ridge],
     profile: &FlightProfile,
@@ -178,8 +179,9 @@ fn surfaces(cues: Vec<HeightCue>) -> Vec<HeightCue> {
     cues
 }
 
-/// The echoes seen throughout the flight: most of their picks are no strays. Where none of these is beyond doubt and all echoes beyond doubt give one
-/// offset, also those that are seen for a part of the flight, with the evidence of [`OF_A_PART`].
+/// The echoes seen throughout the flight, with few strays among their picks. Where none of these echoes is
+/// beyond doubt and all echoes beyond doubt give one offset, echoes seen for a part of the flight with the
+/// evidence [`OF_A_PART`] are included.
 fn seen(mut cues: Vec<HeightCue>) -> Vec<HeightCue> {
     let is_seen = |cue: &HeightCue| cue.stray_share <= MOST_STRAYS;
     let admits_parts = !cues.iter().any(|cue| is_seen(cue) && cue.is_beyond_doubt())
@@ -199,9 +201,10 @@ fn are_near<'a>(cues: impl Iterator<Item = &'a HeightCue>) -> bool {
     high_s - low_s <= ONE_OFFSET_S
 }
 
-/// Log-likelihood of every offset where any one of the echoes may be the surface, or none: the mean
-/// of their likelihoods over that of an echo that ignores the height, and 1. Echoes [beyond doubt](BEYOND_DOUBT) weigh
-/// alike: how much each exceeds an echo that ignores the height compares none of them with another.
+/// Log-likelihood of every offset where any one of the echoes may be the surface, or none: the mean of their
+/// likelihoods over that of an echo that ignores the height, and 1. Echoes [beyond doubt](BEYOND_DOUBT) have
+/// equal weight, since their evidence over an echo that ignores the height does not compare them with each
+/// other.
 pub(super) fn any_of(cues: &[HeightCue], grid: Grid) -> LikelihoodCurve {
     let share = (cues.len().max(1) as f64).ln();
     let strongest = cues.iter().map(|cue| cue.evidence).fold(0.0, f64::max);
@@ -248,7 +251,7 @@ struct Rough {
     length: f64,
 }
 
-/// The residuals of the surface, and their information.
+/// The residuals of the surface, and statistics of their correlation.
 struct Surface {
     residual_s: Vec<f64>,
     envelope: Vec<f64>,
@@ -256,12 +259,11 @@ struct Surface {
     rate: Vec<f64>,
     /// Share of strays among the picks near these residuals in time.
     strays_about: f64,
-    /// Picks over which residuals are correlated.
+    /// Number of picks over which residuals are correlated.
     lasting: f64,
     /// Variance of the estimate from few independent residuals, over that from many (Student).
     few: f64,
-    /// Picks that are equivalent to one independent pick: by the residuals alone, and with the heights'
-    /// lasting errors.
+    /// Number of picks that are equivalent to one independent pick, from the residuals alone.
     own_length: f64,
     length: f64,
 }
@@ -276,8 +278,8 @@ struct Mixture {
 /// Time between the heights whose difference is the rate, s.
 const RATE_STEP_S: f64 = 0.2;
 
-/// Deviation of an offset by errors of the delays of one second's deviation that last as long as the
-/// rate ṙ does: of Σ ṙe / Σ ṙ², ṙ less its mean, by changes of the delay over [`RATE_STEP_S`].
+/// Standard deviation of the offset Σ ṙe / Σ ṙ² (ṙ less its mean, from changes of the delay over
+/// [`RATE_STEP_S`]) for errors e of the delay of unit standard deviation that last as long as the rate ṙ.
 fn per_error(change_s: &[f64], few: f64) -> f64 {
     let mean_s = change_s.iter().sum::<f64>() / change_s.len().max(1) as f64;
     let rates = change_s.iter().map(|c| (c - mean_s) / RATE_STEP_S);
@@ -289,7 +291,7 @@ fn per_error(change_s: &[f64], few: f64) -> f64 {
     }
 }
 
-/// Time about a pick of the surface within which others are counted, s.
+/// Time about a pick of the surface within which other picks are counted, s.
 const ABOUT_S: f64 = 1.0;
 
 /// Share of strays among the neighbours, within [`ABOUT_S`], of the surface's picks; 1 where the surface has no pick
@@ -321,7 +323,7 @@ fn strays_about(time_s: &[f64], is_surface: impl Fn(usize) -> bool) -> f64 {
 }
 
 impl Fit<'_> {
-    /// Tries an error, then the error of the residuals at the most likely offset.
+    /// The cue with the error of the residuals re-estimated at the most likely offset, from an initial error.
     fn cue(
         &self,
         start: Mixture,
@@ -346,7 +348,7 @@ impl Fit<'_> {
         Ok(self.judged(curve, mixture))
     }
 
-    /// Density of a stray: anywhere in the window of delays and as far again.
+    /// Density of a stray, constant over twice the window of delays.
     fn stray_density(&self) -> f64 {
         let [from, to] = self.grid.delay_s;
         0.5 / (to - from)
@@ -361,7 +363,7 @@ impl Fit<'_> {
             .collect()
     }
 
-    /// The likelihood by a sample of the picks.
+    /// The likelihood from a sample of the picks.
     fn rough(&self, mixture: Mixture, control: Control<'_>) -> Result<Rough, AlignError> {
         let stride = self.ridge.time_s.len().div_ceil(SAMPLE).max(1);
         let sample = self.ridge.every(stride);
@@ -388,7 +390,8 @@ impl Fit<'_> {
         Ok(Rough { curve, length })
     }
 
-    /// Log-likelihoods of the offsets that a rough likelihood leaves; the rough ones for the others.
+    /// Log-likelihoods of the offsets that a rough likelihood does not exclude; the rough values for the
+    /// other offsets.
     fn curve(
         &self,
         mixture: Mixture,
@@ -445,7 +448,7 @@ impl Fit<'_> {
         (0..self.grid.count).map(below).collect()
     }
 
-    /// Log-likelihood of residuals at the delay at which most agree, and that delay. Unknown
+    /// Log-likelihood of residuals at the delay at which most residuals agree, and this delay. Unknown
     /// residuals (no position) are strays.
     fn log_likelihood(
         &self,
@@ -458,7 +461,7 @@ impl Fit<'_> {
         let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
         let density = |r: f64, d: f64| height * bell((r - d) / mixture.sigma_s);
         // Beyond the reach of the bell a residual is a stray. Each of two estimates of the delay is a mean of
-        // residuals within that reach of the previous estimate.
+        // the residuals within the reach of the previous estimate.
         let reach_s = 3.0 * BELL_REACH * mixture.sigma_s;
         let near: Vec<f64> = residuals
             .iter()
@@ -477,7 +480,7 @@ impl Fit<'_> {
                 delay_s = (sum / weight).clamp(delays_s[0], delays_s[1]);
             }
         }
-        // Likelihoods over that of a stray, multiplied a few at a time before the logarithm.
+        // Likelihood ratios to a stray, multiplied a few at a time before the logarithm.
         let over: f64 = near
             .chunks(8)
             .map(|few| {
@@ -489,7 +492,7 @@ impl Fit<'_> {
         (total, delay_s)
     }
 
-    /// Error and share of strays re-estimated (expectation maximisation).
+    /// The mixture with error and share of strays re-estimated (expectation maximisation).
     fn fitted(&self, residuals: &[f64], delays_s: [f64; 2], mut mixture: Mixture) -> Mixture {
         for _ in 0..MOST_ITERATIONS {
             let (_, delay_s) = self.log_likelihood(residuals, delays_s, mixture);
@@ -515,7 +518,7 @@ impl Fit<'_> {
         mixture
     }
 
-    /// Probability that a residual is the surface's.
+    /// Probability that a residual belongs to the surface.
     fn surface_weight(&self, residual_s: f64, mixture: Mixture) -> f64 {
         let x = residual_s / mixture.sigma_s;
         let surface = (1.0 - mixture.stray_share) * bell(x)
@@ -553,12 +556,13 @@ impl Fit<'_> {
         let independent = independent.max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
         let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
-        // Errors that last longer than the rate does are constant throughout it: their duration is limited to
-        // that of the rate.
+        // Errors that last longer than the rate are constant while the rate lasts: their duration is limited
+        // to the rate's.
         let scatter =
             (lasting.min(correlation_length(&rate))).max(variance_inflation(&residual_s, &rate));
         let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
-        // Heights that err for long leave the echo recognised as the surface's, but not the offset sharp.
+        // Lasting errors of the heights do not prevent the identification of the surface, but widen the
+        // offset.
         let own_length = length_with(LASTING_ERROR_S);
         let length = length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
         Surface {
@@ -579,7 +583,7 @@ impl Fit<'_> {
         let residuals = self.residuals_s(offset_s);
         let (top, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
         let surface = self.surface(&residuals, [offset_s, delay_s], mixture);
-        // An echo that ignores the height: the same picks against a constant.
+        // An echo that ignores the height: the picks are compared with a constant.
         let ignorant = self.without_height();
         for l in &mut curve.log_likelihood {
             *l /= surface.length;
@@ -602,8 +606,7 @@ impl Fit<'_> {
         }
     }
 
-    /// Log-likelihood of the picks about a constant of their own, with their own spread and
-    /// strays.
+    /// Log-likelihood of the picks about a fitted constant, with fitted spread and share of strays.
     fn without_height(&self) -> f64 {
         let picks = &self.ridge.fast_time_s;
         let low = picks.iter().copied().fold(f64::INFINITY, f64::min);
@@ -621,8 +624,8 @@ impl Fit<'_> {
     }
 }
 
-/// Standard deviations beyond which the bell is zero: it is 2·10⁻²² of its maximum there, and the exponential
-/// would take most of the search's time.
+/// Standard deviations beyond which the bell is zero: there the bell is below 2·10⁻²² of its maximum, and
+/// exponentials would take most of the search's time.
 const BELL_REACH: f64 = 10.0;
 
 /// exp(−x²/2), and zero beyond [`BELL_REACH`].

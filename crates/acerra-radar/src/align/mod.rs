@@ -14,8 +14,8 @@
 //! - *Sharpness*: images formed at candidate offsets, scored by the caller.
 //!
 //! Each cue is a log-likelihood over the whole range of offsets, with its noise and the noise's correlation
-//! in time estimated from the data. An offset is accepted only if no other one agrees with the data; a flight
-//! at constant height and speed is refused.
+//! in time estimated from the data. An offset is accepted only if no other offset agrees with the data; a
+//! flight at constant height and speed is refused.
 //!
 //! ```
 //! use acerra_radar::align::{FlightProfile, FlightState, OffsetOptions, offset_likelihood};

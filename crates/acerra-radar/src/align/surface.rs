@@ -1,15 +1,15 @@
-//! Which of the echoes that follow the height is the surface.
+//! Identification of the surface among the echoes that follow the height.
 
 use super::height::HeightCue;
 
-/// Distance below which an echo that moves with a stronger one is its side lobe, s: a band of 1.7 GHz has
-/// five lobes of 0.6 ns there.
+/// Distance below which an echo that moves with a stronger echo counts as a side lobe of the latter, s: five
+/// lobes of 0.6 ns for a band of 1.7 GHz.
 const LOBES_S: f64 = 3e-9;
 /// Largest difference of the offsets of echoes that move together, s.
 const SAME_OFFSET_S: f64 = 0.1;
 
-/// The echo that is the surface at an offset, by all cues together: the one that fits best, or a stronger one within
-/// [`LOBES_S`] of it, as side lobes follow the height as well as the echo itself.
+/// The surface's echo at an offset: the echo that fits best by all cues together, or a stronger echo within
+/// [`LOBES_S`], since side lobes follow the height as well as their main lobe.
 pub(super) fn surface_at(cues: Vec<HeightCue>, offset_s: f64) -> Option<HeightCue> {
     let worth = |cue: &HeightCue| cue.evidence - cue.curve.best().1 + cue.curve.at(offset_s);
     let speaking = || cues.iter().filter(|cue| worth(cue) > 0.0);

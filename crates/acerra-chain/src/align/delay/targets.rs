@@ -1,4 +1,4 @@
-//! The delay at which the strongest echoes are sharpest, each by itself.
+//! The delay at which the strongest echoes are sharpest, each on a separate patch.
 
 use acerra_imaging::{PlaneGrid, TrialImages};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ const STEP_S: f64 = 0.05e-9;
 pub(super) const REACH_S: f64 = 0.6e-9;
 
 impl DelayScan<'_> {
-    /// The delay, relative to that of the spectra, at which the strongest echoes are sharpest.
+    /// The delay, relative to the delay of the spectra, at which the strongest echoes are sharpest.
     pub(super) fn sharpest_targets(
         &self,
         control: &Control<'_>,

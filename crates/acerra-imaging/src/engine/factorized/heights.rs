@@ -13,6 +13,7 @@ pub(super) struct SortedHeights {
     middle_m: Vec<f32>,
     /// Greatest height in each cell, while a row is read.
     highest_m: Vec<f32>,
+    /// Greatest departure of a height from the middle of its cell.
     departure_m: f32,
     span_m: [f32; 2],
 }

@@ -20,10 +20,11 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Places of each class of roughness and of the corners where a stage is looked at, and frequencies and pulses that are
-/// taken there.
+/// Number of places in each class of roughness and in the corners at which the error of a stage is evaluated.
 const PLACES: usize = 32;
+/// Number of frequencies at each place.
 const FREQUENCIES: usize = 4;
+/// Number of pulses at each place.
 const PULSES: usize = 3;
 
 /// Weight of the corners in the mean error: frequencies are highest in the corners, and self-checks draw
@@ -63,7 +64,7 @@ pub(crate) fn relief_error(
 
 /// Pixels at which errors are evaluated.
 struct Places {
-    /// Share of all pixels that [`PLACES`] of them stand for, class after class, the corners last.
+    /// Share of all pixels that [`PLACES`] places represent, class after class, the corners last.
     shares: Vec<f64>,
     pixels: Vec<[usize; 2]>,
 }

@@ -61,6 +61,7 @@ pub(super) struct Setup {
     pub along_m: [[f32; CHUNK]; 2],
     /// Ratio of the cosines from boresight and vertical at the block's centre.
     pub ratio: [f32; CHUNK],
+    /// Change of the ratio along the row, 1/m.
     pub ratio_slope: [f32; CHUNK],
     /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
     pub fraction: [f32; CHUNK],
@@ -199,6 +200,7 @@ impl<S: Lanes> Groups<S> {
 struct Expansion<S: Lanes> {
     /// Range at the middle from the nearer antenna, m.
     range_m: S::V,
+    /// The same range in bins past the whole bins of the block's centre.
     t: S::V,
     /// Coefficients of the powers of the pixel, bins.
     first: S::V,

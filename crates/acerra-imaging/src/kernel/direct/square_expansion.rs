@@ -229,7 +229,9 @@ struct Expansion<S: Lanes> {
     slope: [S::V; 2],
     /// Half the second derivative along the row.
     along_square: S::V,
+    /// Mixed second derivative.
     product: S::V,
+    /// Half the second derivative across.
     across_square: S::V,
     /// One over the range in bins.
     inverse_bins: S::V,
@@ -241,6 +243,7 @@ struct Expansion<S: Lanes> {
     uneven: S::V,
     /// Derivative of the range with height (bins a metre).
     rise: S::V,
+    /// Derivatives of both slopes with height.
     slope_change: [S::V; 2],
     half_curvature: S::V,
 }
@@ -249,12 +252,15 @@ struct Expansion<S: Lanes> {
 struct Groups<S: Lanes> {
     /// Offsets of the groups' middles from the block's middle along the row, m.
     along_m: S::V,
+    /// Heights of the groups' middles above the block's middle, m; zero over level ground.
     plane_m: S::V,
     /// Slopes of the groups' planes.
     slope: [S::V; 2],
+    /// Largest departures of pixels from the groups' planes, m.
     uneven_m: S::V,
     /// Squared lengths of the axes in the groups' planes (axes of the band are unit vectors).
     axes: [S::V; 2],
+    /// Inner products of these axes.
     skew: S::V,
     /// Square of the greatest distance of a pixel from the middle, m².
     reach_square: S::V,

@@ -51,10 +51,11 @@ type Pair = [Deviation; 2];
 pub(super) struct Proof {
     /// Draws of the last slices; the draws of the current slice are at the back.
     pairs: VecDeque<Pair>,
-    /// First number of draws of a slice, number of draws that are judged together, and largest number of
-    /// draws of a slice.
+    /// First number of draws of a slice.
     each: usize,
+    /// Number of draws that are judged together.
     together: usize,
+    /// Largest number of draws of a slice.
     most: usize,
     /// The error allowed.
     allowed: f64,
