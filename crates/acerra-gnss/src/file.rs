@@ -26,7 +26,7 @@ use crate::ubx::{self, UbxLog, read_ubx};
 /// What a GNSS file held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GnssFile {
-    /// Recognised kind of its content, inside any gzip.
+    /// Recognised kind of the content, inside any gzip.
     pub kind: FileKind,
     /// Observations, with one signal per frequency slot; `None` for navigation files.
     pub observations: Option<ObservationData>,
@@ -57,8 +57,8 @@ pub struct GnssFile {
 /// ```
 ///
 /// # Errors
-/// [`ReadError::WrongKind`] for content of another kind, [`ReadError::Empty`], and whatever the
-/// reader of the kind found says.
+/// [`ReadError::WrongKind`] for content of another kind, [`ReadError::Empty`], and any error of the reader of
+/// the kind found.
 pub fn read_gnss(reader: impl Read, limits: Limits) -> Result<GnssFile, ReadError> {
     read_gnss_near(reader, limits, &RtcmHints::default())
 }
@@ -113,7 +113,7 @@ fn read_zip(archive: &[u8], limits: Limits, hints: &RtcmHints) -> Result<GnssFil
     each_member(archive, |name, content| {
         let mut file = match read_member(content, limits, hints) {
             Ok(file) => file,
-            // Solutions, notes and pictures come along.
+            // Other members, such as solutions, notes and pictures, are ignored.
             Err(ReadError::WrongKind { .. } | ReadError::Empty) => return Ok(()),
             Err(cause) => return Err(problem(format!("{name:?}: {cause}"))),
         };
@@ -194,7 +194,7 @@ pub fn read_navigation(
     }
 }
 
-/// Looks at the beginning of a stream; it is handed back with the rest.
+/// Reads the beginning of a stream, and returns it with a reader of the whole stream.
 fn peek<R: Read>(mut reader: R) -> Result<(FileKind, Vec<u8>, R), ReadError> {
     let mut head = Vec::new();
     reader
@@ -273,7 +273,7 @@ fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)
     }
 }
 
-/// Everything that a reader gives, within the limits.
+/// The whole content of a reader, within the limits.
 fn whole(reader: impl Read, limits: Limits) -> Result<Vec<u8>, ReadError> {
     let mut log = Vec::new();
     let mut reader = reader.take(limits.max_bytes.saturating_add(1));
@@ -287,7 +287,7 @@ fn whole(reader: impl Read, limits: Limits) -> Result<Vec<u8>, ReadError> {
     Ok(log)
 }
 
-/// A log of UBX frames, RTCM 3 messages, or both from one port: the protocol counts that brings observations.
+/// A log of UBX frames, RTCM 3 messages, or both from one port: the protocol with observations counts.
 fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
     let observes = |file: &GnssFile| {
         let observations = file.observations.as_ref();
@@ -313,7 +313,7 @@ fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile
         }
         return Ok(file);
     }
-    // Messages of raw data that hold none, of a receiver without a fix, are another matter.
+    // Raw messages without measurements, from a receiver without a fix, give another error.
     let is_raw = |piece: ubx::frame::Piece<'_>| match piece {
         ubx::frame::Piece::Frame(frame) => matches!(
             (frame.class, frame.id),

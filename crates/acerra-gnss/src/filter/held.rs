@@ -1,4 +1,4 @@
-//! Integers once settled, kept outside the filter.
+//! Settled integers, held outside the filter.
 //!
 //! RTKLIB's hold feeds integers back as measurements: the filter then keeps them for ever, right or wrong.
 //! Here the float state is unchanged. At every epoch a copy of the float state is conditioned on the held
@@ -18,8 +18,8 @@ const LEAST_HELD_PAIRS: usize = 4;
 /// Standard deviation of a position (m) up to which it distinguishes integers from their neighbours: a
 /// quarter of a wavelength.
 const LARGEST_HELD_SIGMA_M: f64 = 0.05;
-/// Epochs in a row at which the float state may contradict the integers held: multipath that
-/// pulls it off passes.
+/// Largest number of consecutive epochs at which the float state may contradict the held integers: multipath
+/// displaces the float state temporarily.
 const LARGEST_DOUBTS: u32 = 10;
 /// Variance (cycle²) with which integers are imposed on the copy.
 const IMPOSED_VARIANCE: f64 = 1e-6;
@@ -73,7 +73,7 @@ impl Filter<'_> {
         (pairs, integers)
     }
 
-    /// The state conditioned on the integers held; `None` where too few are. Integers that
+    /// The state conditioned on the held integers; `None` where too few integers are held. Integers that
     /// contradict the float state are withdrawn.
     pub(super) fn conditioned(&mut self, common: &[Common]) -> Option<FilterState> {
         if !self.options.holds_beside() {
@@ -111,7 +111,7 @@ impl Filter<'_> {
         state.update(&rows, noise).then_some(state)
     }
 
-    /// Predicts and updates the state conditioned on the held integers, as the float state was.
+    /// Predicts and updates the state conditioned on the held integers like the float state.
     pub(super) fn advance_held(
         &mut self,
         single: &SinglePoint,
@@ -137,7 +137,7 @@ impl Filter<'_> {
         self.held_state = updated.is_ok().then_some(held);
     }
 
-    /// Gives up every integer held, and the fixes that rest on them.
+    /// Withdraws all held integers, and the fixes that use them.
     pub(super) fn withdraw(&mut self) {
         for track in &mut self.state.tracks {
             track.held = None;
@@ -152,7 +152,7 @@ impl Filter<'_> {
         self.held = false;
     }
 
-    /// Takes the integers of a fix among those held.
+    /// Adds the integers of a fix to the held integers.
     pub(super) fn hold_beside(&mut self, attempt: &Attempt) {
         let (pairs, integers) = (&attempt.pairs, &attempt.integers);
         let mut start = 0;

@@ -2,7 +2,7 @@
 
 use acerra_geo::time::{Calendar, full_year};
 
-/// Columns `start..start + width` (from 0) of a line, as far as it reaches.
+/// Columns `start..start + width` (from 0) of a line, cut at the line's end.
 pub(crate) fn column(line: &[u8], start: usize, width: usize) -> &[u8] {
     let end = line.len().min(start + width);
     line.get(start..end).unwrap_or(&[])
@@ -13,7 +13,7 @@ pub(crate) fn text(line: &[u8], start: usize, width: usize) -> String {
     String::from_utf8_lossy(column(line, start, width).trim_ascii()).into_owned()
 }
 
-/// A field that holds something else than a number.
+/// A field that is not a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NotANumber;
 
@@ -66,8 +66,8 @@ pub(crate) fn integer(field: &[u8]) -> Option<usize> {
     std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
 }
 
-/// A date and clock reading of six blank-separated numbers; two-digit years are completed. None
-/// where it is not one.
+/// A date and clock reading of six blank-separated numbers; two-digit years are completed. `None` for
+/// anything else.
 pub(crate) fn calendar(field: &[u8]) -> Option<Calendar> {
     let mut parts = field
         .split(u8::is_ascii_whitespace)

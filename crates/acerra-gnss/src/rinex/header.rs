@@ -11,10 +11,10 @@ use crate::observations::observation::{AntennaOffset, StationInfo};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::signal::SignalCode;
 
-/// The clock that an observation file's time tags are read from.
+/// Time scale of an observation file's tags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum TimeSystem {
-    /// GPS time and what is steered to it (Galileo, QZSS, NavIC).
+    /// GPS time, and time scales steered to GPS time (Galileo, QZSS, NavIC).
     #[default]
     Gps,
     /// UTC, which GLONASS files use.
@@ -178,7 +178,7 @@ impl ObservationHeader {
             b"   " | b"" => return true,
             _ => return false,
         };
-        // A second time system in mid-file (flag 4) would shift tags already read: the first stays.
+        // A second time system in mid-file (flag 4) would shift tags already read: the first is kept.
         let agrees = !self.time_system_given || self.time_system == system;
         if !self.time_system_given {
             self.time_system = system;

@@ -6,7 +6,7 @@ use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::orbits::navigation::{Klobuchar, Navigation};
 
-/// Where the fields of a navigation record are.
+/// Columns of the fields of a navigation record.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     /// First column and width of the time of clock.
@@ -19,7 +19,7 @@ const VERSION_2: Layout = Layout {
     time: (3, 19),
     values: (22, 3),
 };
-/// Values of a record from here on are spare.
+/// Index of the first spare value of a record.
 const FIRST_SPARE: usize = 29;
 
 const VERSION_3: Layout = Layout {
@@ -33,7 +33,7 @@ const VERSION_3: Layout = Layout {
 /// earth-orientation and other ionosphere models) are counted and skipped.
 ///
 /// # Errors
-/// [`ReadError`] where the header is not one of navigation data or the input fails.
+/// [`ReadError`] where the header is not that of navigation data or the input fails.
 pub fn read_navigation_lines(
     source: &mut impl LineSource,
 ) -> Result<(Navigation, ReadReport), ReadError> {
@@ -167,7 +167,7 @@ impl Reader {
             }
             let label = column(line, 60, 20).trim_ascii_end();
             if label == b"RINEX VERSION / TYPE" || label == b"END OF HEADER" {
-                // Files put one after another: header lines of the second are passed over.
+                // Concatenated files: header lines of the second file are skipped.
                 self.report
                     .drop_one(DropReason::StrayLine, Place::Line(number));
                 continue;

@@ -25,13 +25,13 @@ pub struct RinexObservations<S> {
     source: S,
     header: ObservationHeader,
     report: ReadReport,
-    /// The source's current line is not yet used.
+    /// Whether the source's current line is not yet used.
     pending: bool,
     place: Place,
     header_changes: u64,
 }
 
-/// How taking a satellite's lines ended.
+/// Outcome of reading a satellite's lines.
 enum Taken {
     Whole,
     /// Another epoch begins where a satellite was due.
@@ -44,7 +44,7 @@ impl<S: LineSource> RinexObservations<S> {
     /// Reads the header.
     ///
     /// # Errors
-    /// [`ReadError`] where the header is not one of RINEX observation data.
+    /// [`ReadError`] where the header is not that of RINEX observation data.
     pub fn new(mut source: S) -> Result<Self, ReadError> {
         loop {
             if !source.advance()? {
@@ -72,7 +72,7 @@ impl<S: LineSource> RinexObservations<S> {
         &self.header
     }
 
-    /// Where the record last returned began.
+    /// Place at which the record last returned began.
     pub fn place(&self) -> Place {
         self.place
     }
@@ -124,7 +124,7 @@ impl<S: LineSource> RinexObservations<S> {
                 EpochLine::parse_v3(line)
             };
             let Some(epoch) = epoch else {
-                // Lines after an unreadable epoch belong to it, up to the next that can be read.
+                // Lines after an unreadable epoch belong to that epoch, up to the next readable epoch line.
                 if !skipping {
                     skipping = true;
                     self.report
@@ -152,7 +152,7 @@ impl<S: LineSource> RinexObservations<S> {
         self.source.advance()
     }
 
-    /// Files put one after another: the header in between takes over.
+    /// Reads the header in the middle of concatenated files, which then applies.
     fn second_header(&mut self) -> Result<(), ReadError> {
         let number = self.source.number();
         let header = ObservationHeader::read(&mut self.source, &mut self.report)?;
@@ -426,12 +426,12 @@ fn take_signals<'a>(
             report.drop_one(DropReason::UnreadableNumber, place);
             None
         });
-        // Exactly zero means "none" for writers without blanks.
+        // Some writers use exactly zero in place of blanks.
         let value = value.filter(|&v| v != 0.0).map(|v| v / column.scale);
         let lock = match field.get(14) {
             None | Some(b' ') => LossOfLock(0),
             Some(&digit @ b'0'..=b'9') => LossOfLock((digit - b'0') & 3),
-            // Unreadable: the safe meaning is that lock may have been lost.
+            // An unreadable flag counts as a possible loss of lock.
             Some(_) => LossOfLock(LossOfLock::SLIP),
         };
         let lock = if *quantity == Quantity::Phase {

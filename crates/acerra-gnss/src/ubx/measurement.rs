@@ -14,7 +14,7 @@ use crate::rinex::utc_to_gps;
 /// Worst carrier-phase standard deviation (in steps of 0.004 cycle) of a usable phase.
 const WORST_PHASE_DEVIATION: u8 = 5;
 
-/// Where the lock-time counter stops (s).
+/// Ceiling of the lock-time counter (s).
 const LOCK_TIME_CEILING_S: f64 = 64.5;
 
 /// A little-endian field.
@@ -28,7 +28,7 @@ struct Tracking {
     time: GpsTime,
     lock_time_s: f64,
     half_cycle_subtracted: bool,
-    /// A slip that occurred while there was no usable phase to mark.
+    /// Whether a slip occurred while there was no usable phase to mark.
     slip_pending: bool,
 }
 
@@ -250,7 +250,7 @@ fn push(
     }
 }
 
-/// The satellite that u-blox's system and satellite numbers mean.
+/// The satellite of u-blox's system and satellite numbers.
 pub(super) fn satellite(gnss: u8, number: u8) -> Option<SatelliteId> {
     let (system, number) = match gnss {
         0 => (System::Gps, number),
@@ -350,7 +350,7 @@ pub(super) fn time_mark(payload: &[u8]) -> Result<Vec<EventRecord>, DropReason> 
         if tow_ms >= 604_800_000 || below_ms_ns >= 1_000_000 || week >= 8192 {
             return Err(malformed());
         }
-        // Whole seconds and the rest apart: a nanosecond must not drown in a week.
+        // Whole seconds and the fraction are kept apart, so that nanoseconds are not lost to rounding.
         let fraction_s = f64::from(tow_ms % 1000) * 1e-3 + f64::from(below_ms_ns) * 1e-9;
         let seconds = i64::from(week) * 604_800 + i64::from(tow_ms / 1000);
         let time = GpsTime::new(seconds, fraction_s);
