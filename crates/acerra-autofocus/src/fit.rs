@@ -12,7 +12,7 @@ use crate::globals::Global;
 use crate::ground::{Ground, PixelPlace};
 use crate::histories::Histories;
 use crate::model::{Model, Posterior};
-use crate::observe::{Observing, Rows, Standpoint};
+use crate::observe::{LinearisationPoint, Observing, Rows};
 use crate::parts::Parts;
 use crate::profiles::Profiles;
 use crate::ranging::Ranging;
@@ -239,7 +239,7 @@ impl<'a> Problem<'a> {
         place_sigma_m: f64,
     ) -> Option<(Rows, Smoothed)> {
         let positions = self.seen_from_m(model);
-        let stand = Standpoint {
+        let reference = LinearisationPoint {
             model,
             histories: &seen.histories,
             parts: self.parts,
@@ -254,7 +254,7 @@ impl<'a> Problem<'a> {
             globals: self.globals,
             place_sigma_m,
         };
-        let mut rows = Rows::about(&stand, observing);
+        let mut rows = Rows::about(&reference, observing);
         let mut found = self.path.smooth(&rows.observations())?;
         for _ in 0..WEIGHINGS {
             rows.weigh(&found);

@@ -160,7 +160,7 @@ impl FlightPlan {
             track_length_m: lengths().fold(0.0, f64::max),
             total_length_m: lengths().sum(),
             swath_m: ends,
-            swath_ends: swath.far_limit.says(),
+            swath_ends: swath.far_limit.reason(),
             half_view_deg: view.half_rad.to_degrees(),
             step_m,
             longest_step_m: view.longest_step_m,

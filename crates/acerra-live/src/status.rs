@@ -183,10 +183,10 @@ mod tests {
         status.by_kind.count(SolutionStatus::Single);
         status.by_kind.count(SolutionStatus::Float);
         status.sigma_m = Some(1.4);
-        let told = doubts(&status, true);
-        assert!(told[0].starts_with("1 of 102 pulses have positions without carrier phase"));
-        assert!(told[1].starts_with("1 of 102 pulses have float"));
-        assert!(told[2].contains("1400 mm") && told[2].contains("19 mm"));
+        let remarks = doubts(&status, true);
+        assert!(remarks[0].starts_with("1 of 102 pulses have positions without carrier phase"));
+        assert!(remarks[1].starts_with("1 of 102 pulses have float"));
+        assert!(remarks[2].contains("1400 mm") && remarks[2].contains("19 mm"));
         status.sigma_m = None;
         assert!(doubts(&status, true)[2].contains("states no accuracy"));
     }

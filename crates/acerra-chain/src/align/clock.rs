@@ -275,8 +275,8 @@ impl ClockedTrack<'_> {
 
     /// The traces at an offset; warnings about the traces are given only for the final offset.
     fn aligned_at(&self, time_offset_s: f64) -> Result<Aligned, AlignError> {
-        let unsaid = &mut Warnings::default();
-        align(self.flight, &self.options.align, time_offset_s, unsaid)
+        let discarded = &mut Warnings::default();
+        align(self.flight, &self.options.align, time_offset_s, discarded)
     }
 
     /// Options of the cleaning with the gate settled.

@@ -213,7 +213,7 @@ pub fn align(
         sigma_m: sigma_m.unwrap_or_default(),
         status: kept.iter().map(|p| p.place.status).collect(),
         all,
-        stands: selection.stands,
+        is_often_at_rest: selection.is_often_at_rest,
         radar_height: None,
     };
     aligned.path_m = aligned.path_along_lines_m(&aligned.position_m);

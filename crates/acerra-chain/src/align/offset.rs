@@ -331,11 +331,11 @@ impl Trial<'_> {
     /// moves traces by the deviation of the velocity from its mean, and the sharpest offset compensates for
     /// part of such a swing.
     fn common_sigma_s(&self, likelihood: &OffsetLikelihood) -> f64 {
-        let unsaid = &mut Warnings::default();
+        let discarded = &mut Warnings::default();
         let aligned = likelihood
             .candidates
             .first()
-            .and_then(|best| align(self.flight, self.align, best.offset_s, unsaid).ok());
+            .and_then(|best| align(self.flight, self.align, best.offset_s, discarded).ok());
         aligned.map_or(0.0, |aligned| {
             let wander_m_s = velocity_wander_m_s(&aligned);
             let ends = (aligned.time_s.first(), aligned.time_s.last());
@@ -370,8 +370,8 @@ impl Trial<'_> {
     /// The traces cleaned at an offset; `None` where no trace has a position or no surface is seen.
     fn cleaned_at(&self, offset_s: f64) -> Result<Option<CleanedAt>, OffsetError> {
         // Warnings are given once, at the final offset.
-        let unsaid = &mut Warnings::default();
-        let Ok(aligned) = align(self.flight, self.align, offset_s, unsaid) else {
+        let discarded = &mut Warnings::default();
+        let Ok(aligned) = align(self.flight, self.align, offset_s, discarded) else {
             return Ok(None);
         };
         let Ok(cleaned) = clean(
@@ -379,7 +379,7 @@ impl Trial<'_> {
             &aligned,
             self.flight.scene,
             self.clean,
-            unsaid,
+            discarded,
         ) else {
             return Ok(None);
         };
@@ -514,8 +514,8 @@ impl Trial<'_> {
             select: Select::All,
             ..self.align.clone()
         };
-        let unsaid = &mut Warnings::default();
-        let all = align(self.flight, &everywhere, offset_s, unsaid)?;
+        let discarded = &mut Warnings::default();
+        let all = align(self.flight, &everywhere, offset_s, discarded)?;
         let position_of = |trace: &usize| {
             let at = all.traces.binary_search(trace).ok()?;
             Some(all.position_m[at])

@@ -192,7 +192,7 @@ impl Search {
         offset_s: f64,
     ) -> Result<Self, GroundError> {
         let middle = scene.on_ground(0.5 * (z_m[0] + z_m[1]));
-        let unsaid = &mut Warnings::default();
+        let discarded = &mut Warnings::default();
         let flight = Flight {
             radar: &recording.radar.content,
             positions: &recording.positions,
@@ -202,13 +202,13 @@ impl Search {
             time_offset: Some(TimeOffset::Seconds(offset_s)),
             ..recording.options.align.clone()
         };
-        let aligned = align(flight, &options, offset_s, unsaid)?;
+        let aligned = align(flight, &options, offset_s, discarded)?;
         let cleaned = clean(
             flight.radar,
             &aligned,
             &middle,
             &recording.options.clean,
-            unsaid,
+            discarded,
         )?;
         let fine = scene.around(&aligned.position_m, middle.pixels.grid.z_m)?;
         let grid = coarse(fine, PIXELS)?;

@@ -34,7 +34,7 @@ pub struct Selection {
     /// Whether each trace of the log is selected.
     pub selected: Vec<bool>,
     /// Whether the platform is at rest for much of the time, and the campaign left the choice to the data.
-    pub stands: bool,
+    pub is_often_at_rest: bool,
 }
 
 impl Selection {
@@ -44,7 +44,7 @@ impl Selection {
     /// Trace numbers beyond the log, a platform that never moves.
     pub fn of(choice: Select, speed_m_s: &[Option<f64>]) -> Result<Self, SelectError> {
         let mut selected = vec![false; speed_m_s.len()];
-        let mut stands = false;
+        let mut is_often_at_rest = false;
         match choice {
             Select::All => selected.fill(true),
             Select::Range([first, last]) => {
@@ -62,20 +62,23 @@ impl Selection {
                 selected[moving].fill(true);
             }
             Select::Auto => {
-                stands = stands_much(speed_m_s);
+                is_often_at_rest = rests_often(speed_m_s);
                 let moving = moving_traces(&known(speed_m_s), &MovingOptions::default());
                 let unbridged = MovingOptions::default().with_bridge(usize::MAX);
                 let whole = moving_traces(&known(speed_m_s), &unbridged);
                 // Passes with a long halt between them are all kept.
                 let is_most = moving.len() as f64 >= MOVING_SHARE * whole.len() as f64;
-                match stands {
+                match is_often_at_rest {
                     true if is_most => selected[moving].fill(true),
                     true => selected[whole].fill(true),
                     false => selected.fill(true),
                 }
             }
         }
-        Ok(Self { selected, stands })
+        Ok(Self {
+            selected,
+            is_often_at_rest,
+        })
     }
 }
 
@@ -84,7 +87,7 @@ fn known(speed_m_s: &[Option<f64>]) -> Vec<f64> {
 }
 
 /// Whether a platform that moves at times is at rest during much of the remaining time.
-fn stands_much(speed_m_s: &[Option<f64>]) -> bool {
+fn rests_often(speed_m_s: &[Option<f64>]) -> bool {
     let mut speed: Vec<f64> = speed_m_s.iter().copied().flatten().collect();
     speed.sort_by(f64::total_cmp);
     let Some(fast_m_s) = speed.get(speed.len() * 19 / 20) else {
@@ -112,7 +115,7 @@ mod tests {
     fn of(parts: &[(usize, f64)]) -> (usize, bool) {
         let selection = Selection::of(Select::Auto, &flight(parts)).unwrap();
         let count = selection.selected.iter().filter(|s| **s).count();
-        (count, selection.stands)
+        (count, selection.is_often_at_rest)
     }
 
     #[test]

@@ -93,8 +93,8 @@ impl Drift {
                 let i = self.first + 3 * knot + axis;
                 information.add(i, i, own / (sigma * sigma));
                 if knot < last {
-                    let beside = -scale * r / (sigma * self.sigma_m[knot + 1][axis]);
-                    information.add(i, i + 3, beside);
+                    let coupling = -scale * r / (sigma * self.sigma_m[knot + 1][axis]);
+                    information.add(i, i + 3, coupling);
                 }
             }
         }

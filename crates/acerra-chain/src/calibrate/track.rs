@@ -277,7 +277,7 @@ impl Selected {
         let about = |offset_s: f64| vec![[offset_s - ABOUT_S, offset_s + ABOUT_S]];
         match align_clocks(flight, &options, warnings, control) {
             Ok(clocked) => Ok(Self {
-                at_rest: stands(&clocked.aligned.position_m),
+                at_rest: is_at_rest(&clocked.aligned.position_m),
                 traces: clocked.aligned.traces,
                 time_offset_s: clocked.time_offset_s,
                 open_offsets_s: about(clocked.time_offset_s),
@@ -314,7 +314,7 @@ impl Selected {
 }
 
 /// Whether places are so close together that no echo changes its range by more than a pulse.
-fn stands(position_m: &[[f64; 3]]) -> bool {
+fn is_at_rest(position_m: &[[f64; 3]]) -> bool {
     const LONGEST_M: f64 = 0.1;
     let extent_m = |axis: usize| {
         let along = position_m.iter().map(|p| p[axis]);

@@ -30,7 +30,7 @@ impl<'a> Echoes<'a> {
     pub fn weights(&self, weight: Weight) -> Vec<f64> {
         match weight {
             Weight::Path => self.aligned.path_m.clone(),
-            Weight::Auto if self.aligned.stands => self.aligned.path_m.clone(),
+            Weight::Auto if self.aligned.is_often_at_rest => self.aligned.path_m.clone(),
             Weight::Auto | Weight::Trace => vec![1.0; self.aligned.position_m.len()],
         }
     }

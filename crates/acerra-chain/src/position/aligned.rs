@@ -40,7 +40,7 @@ pub struct Aligned {
     pub all: Vec<Interpolated>,
     /// Whether a platform is at rest for much of the time, so that its traces are weighted by path by
     /// default.
-    pub stands: bool,
+    pub is_often_at_rest: bool,
     /// Heights by the radar, where these replace the positions' heights.
     pub radar_height: Option<HeightsReplaced>,
 }
@@ -64,7 +64,7 @@ impl Aligned {
     #[must_use]
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];
-        self.stands.then_some([*first, *last])
+        self.is_often_at_rest.then_some([*first, *last])
     }
 
     /// The lines of a part of the traces, each as the range of its entries, counted from the part's first.
@@ -161,7 +161,7 @@ impl Aligned {
         self.height_m.append(&mut other.height_m);
         self.path_m.append(&mut other.path_m);
         self.all.append(&mut other.all);
-        self.stands |= other.stands;
+        self.is_often_at_rest |= other.is_often_at_rest;
         self.radar_height = self.radar_height.or(other.radar_height);
     }
 }

@@ -388,7 +388,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     if more > 0 {
         warnings.add(format!("{}: {more} more such places", name_of(path)));
     }
-    say_left_out(made.other_scans, warnings);
+    warn_of_left_out(made.other_scans, warnings);
     let summary = summary(log, &made);
     Ok(RadarData {
         content: RadarContent::Radargram(without_outliers(made.radargram, warnings)),
@@ -403,7 +403,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     })
 }
 
-fn say_left_out(other_scans: usize, warnings: &mut Warnings) {
+fn warn_of_left_out(other_scans: usize, warnings: &mut Warnings) {
     warnings.count(
         other_scans,
         "scans of other filterings or windows are in the log and were left out",
@@ -416,7 +416,7 @@ fn recorded_clock(
     log: &RadarLog,
     made: &mut LogRadargram,
 ) -> Result<Option<LoggedClock>, ReadError> {
-    let Some(clock) = LoggedClock::beside(path)? else {
+    let Some(clock) = LoggedClock::next_to(path)? else {
         return Ok(None);
     };
     if let Some(first) = made.run.scans.first().and_then(|&i| log.scans.get(i)) {

@@ -265,15 +265,15 @@ impl Bench<'_> {
         };
         let mut best = at([place_m[0], place_m[1]]);
         for axis in (0..2).filter(|axis| self.extent_m[*axis][1] > self.extent_m[*axis][0]) {
-            let beside = |off_m: f64| {
+            let at_offset = |off_m: f64| {
                 let mut place_m = [best.place_m[0], best.place_m[1]];
                 place_m[axis] += off_m;
                 at(place_m)
             };
-            let (before, after) = (beside(-step_m), beside(step_m));
+            let (before, after) = (at_offset(-step_m), at_offset(step_m));
             let bend = before.power - 2.0 * best.power + after.power;
             let toward = 0.5 * (before.power - after.power) / bend;
-            let refined = (bend < 0.0).then(|| beside(step_m * toward.clamp(-1.0, 1.0)));
+            let refined = (bend < 0.0).then(|| at_offset(step_m * toward.clamp(-1.0, 1.0)));
             for other in [before, after].into_iter().chain(refined) {
                 if other.power > best.power {
                     best = other;

@@ -292,7 +292,7 @@ impl Columns {
             || (self.has(Role::Latitude) && self.has(Role::Longitude) && self.height.is_some())
     }
 
-    /// Whether numbers of traces stand for times.
+    /// Whether trace numbers replace times.
     pub fn has_trace_numbers(&self) -> bool {
         self.has(Role::Trace) && !self.has_time()
     }

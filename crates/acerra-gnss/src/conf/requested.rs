@@ -65,9 +65,9 @@ pub struct NamedFile {
 impl NamedFile {
     /// Finds the file in the folder, else in the current one.
     fn find(&mut self, folder: &Path) -> Result<(), ConfError> {
-        let beside = folder.join(&self.name);
-        if beside.is_file() {
-            self.name = beside.to_string_lossy().into_owned();
+        let in_folder = folder.join(&self.name);
+        if in_folder.is_file() {
+            self.name = in_folder.to_string_lossy().into_owned();
             return Ok(());
         }
         if Path::new(&self.name).is_file() {
@@ -77,7 +77,7 @@ impl NamedFile {
             line: self.line,
             key: self.key.clone(),
             name: self.name.clone(),
-            tried: beside,
+            tried: in_folder,
         })
     }
 }

@@ -192,8 +192,8 @@ mod tests {
         let first = (0.0, 0, HERE, UNBROKEN, false);
         let later = (9.0, 0, other, UNBROKEN, false);
         assert_eq!(of(&[first, later]), [true, true]);
-        let beside = (0.0, 1, other, UNBROKEN, false);
-        assert_eq!(of(&[first, beside]), [false, false]);
+        let other_pass = (0.0, 1, other, UNBROKEN, false);
+        assert_eq!(of(&[first, other_pass]), [false, false]);
     }
 
     #[test]

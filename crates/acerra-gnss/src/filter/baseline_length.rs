@@ -41,7 +41,7 @@ impl Filter<'_> {
             return None;
         }
         // Integers fed back into the state must not be removed with the length.
-        let before = self.options.holds_beside().then(|| Unconstrained {
+        let before = self.options.holds_outside_filter().then(|| Unconstrained {
             x: self.state.x.clone(),
             p: self.state.p.clone(),
         });

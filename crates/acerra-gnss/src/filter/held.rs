@@ -34,7 +34,7 @@ impl Filter<'_> {
     /// Whether the evidence for the integers suffices to hold them: integers fed back into the filter look
     /// certain ever after.
     pub(super) fn may_hold(&self) -> bool {
-        if self.options.holds_beside() {
+        if self.options.holds_outside_filter() {
             self.settled
         } else {
             self.certain || self.options.min_success_rate.is_none()
@@ -76,7 +76,7 @@ impl Filter<'_> {
     /// The state conditioned on the held integers; `None` where too few integers are held. Integers that
     /// contradict the float state are withdrawn.
     pub(super) fn conditioned(&mut self, common: &[Common]) -> Option<FilterState> {
-        if !self.options.holds_beside() {
+        if !self.options.holds_outside_filter() {
             return None;
         }
         let (pairs, integers) = self.held_pairs(common);
@@ -153,7 +153,7 @@ impl Filter<'_> {
     }
 
     /// Adds the integers of a fix to the held integers.
-    pub(super) fn hold_beside(&mut self, attempt: &Attempt) {
+    pub(super) fn hold_outside_filter(&mut self, attempt: &Attempt) {
         let (pairs, integers) = (&attempt.pairs, &attempt.integers);
         let mut start = 0;
         for block in pairs.chunk_by(|a, b| (a.slot, a.group) == (b.slot, b.group)) {

@@ -160,7 +160,6 @@ impl<'a> Filter<'a> {
             rests_on_held: false,
             all_pairs: Vec::new(),
             suspects: SuspectGroups::default(),
-            /// Numbers of the withdrawn sets of held integers.
             withdrawn: Vec::new(),
         }
     }
@@ -371,8 +370,8 @@ impl<'a> Filter<'a> {
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
             && self.may_hold()
         {
-            if self.options.holds_beside() {
-                self.hold_beside(attempt);
+            if self.options.holds_outside_filter() {
+                self.hold_outside_filter(attempt);
                 return;
             }
             let resolution = self.resolution(&epoch.common, zero, true);

@@ -25,7 +25,7 @@ impl PpkOptions {
 
     /// Whether integers are kept outside the filter, where they can be withdrawn, instead of being fed back
     /// into the filter.
-    pub(crate) fn holds_beside(&self) -> bool {
+    pub(crate) fn holds_outside_filter(&self) -> bool {
         self.revisable_hold && !self.policy().demo5 && self.ambiguity == AmbiguityMode::FixAndHold
     }
 

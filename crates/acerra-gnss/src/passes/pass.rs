@@ -71,7 +71,7 @@ impl<'a> Prepared<'a> {
         let backward = self.options.direction == FilterDirection::Backward;
         let mut filter = self.filter_with(self.trial_options);
         let unconfirmed =
-            self.beside_look_ahead(backward, watch, || self.run(&mut filter, backward, watch))?;
+            self.with_look_ahead(backward, watch, || self.run(&mut filter, backward, watch))?;
         let mut results = unconfirmed.clone();
         self.confirm_alone(&filter, &mut results);
         Ok(Trial {
@@ -84,12 +84,7 @@ impl<'a> Prepared<'a> {
     /// The result of `pass`, the first over the epochs. A second thread, where available, computes in
     /// parallel the data that depend on no filter and serve every pass: zero differences of the base, and
     /// those of the rover at its single-point positions.
-    fn beside_look_ahead<T>(
-        &self,
-        backward: bool,
-        watch: &Watch<'_>,
-        pass: impl FnOnce() -> T,
-    ) -> T {
+    fn with_look_ahead<T>(&self, backward: bool, watch: &Watch<'_>, pass: impl FnOnce() -> T) -> T {
         if threads(self.options) <= 1 || watch.shares_threads() {
             return pass();
         }

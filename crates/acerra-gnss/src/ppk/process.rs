@@ -136,8 +136,8 @@ pub fn process_with(
     }
     let mut solution = assemble(attempt, options);
     solution.summary.base_from_single_m = base_from_single_m;
-    let stands = relative && options.mode != PositioningMode::MovingBase;
-    solution.base_position_ecef_m = stands.then_some(base_position_ecef_m);
+    let has_fixed_base = relative && options.mode != PositioningMode::MovingBase;
+    solution.base_position_ecef_m = has_fixed_base.then_some(base_position_ecef_m);
     solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
 }

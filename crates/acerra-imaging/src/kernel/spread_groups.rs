@@ -1,4 +1,4 @@
-//! The transposed direct kernel for pixels that are small beside a wavelength: groups of neighbouring
+//! The transposed direct kernel for pixels that are small relative to a wavelength: groups of neighbouring
 //! pixels are summed in registers and added to a range bin once a group.
 //!
 //! [`spread_row`](super::spread::spread_row) adds to a bin Σ v e^{−jαδ} δ^p over its pixels, δ being the

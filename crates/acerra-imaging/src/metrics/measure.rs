@@ -118,7 +118,7 @@ fn measure(
 ) -> Result<Measurement, ImagingError> {
     options.check()?;
     let statistics = ImageStatistics::of(image);
-    let (mut candidates, clutter) = standing_out(image, spread, options, &statistics);
+    let (mut candidates, clutter) = maxima_above_clutter(image, spread, options, &statistics);
     let maxima = candidates.len() + clutter;
     candidates.truncate(MAX_CANDIDATES);
     let mut found = Measurement {
@@ -166,7 +166,7 @@ fn measure(
 
 /// The local maxima above the clutter of their surroundings, strongest first, down to the threshold below the
 /// strongest; and the number of maxima above the threshold that do not exceed their clutter.
-fn standing_out(
+fn maxima_above_clutter(
     image: &ImageView<'_>,
     spread: &PointSpread,
     options: &MeasureOptions,

@@ -285,16 +285,16 @@ mod tests {
     #[test]
     fn what_is_no_device_is_refused_by_name() {
         let clock = HostClock::start();
-        let told = |path: &Path| PpsSource::open(path, clock).unwrap_err().to_string();
+        let error_of = |path: &Path| PpsSource::open(path, clock).unwrap_err().to_string();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("assert");
-        assert!(told(&path).starts_with(&format!("PPS at {}: ", path.display())));
-        assert!(told(folder.path()).contains("expected /dev/ppsN"));
+        assert!(error_of(&path).starts_with(&format!("PPS at {}: ", path.display())));
+        assert!(error_of(folder.path()).contains("expected /dev/ppsN"));
         std::fs::write(&path, "\0\u{1}").unwrap();
-        assert!(told(&path).contains("byte 0: expected seconds"));
+        assert!(error_of(&path).contains("byte 0: expected seconds"));
         std::fs::write(&path, vec![b'1'; 1 << 16]).unwrap();
-        assert!(told(&path).contains("64 bytes at most"));
-        assert!(told(Path::new("/dev/pps4711")).contains("/sys/class/pps/pps4711/assert"));
+        assert!(error_of(&path).contains("64 bytes at most"));
+        assert!(error_of(Path::new("/dev/pps4711")).contains("/sys/class/pps/pps4711/assert"));
         assert_eq!(text_of(Path::new("/dev/ppsx")), Path::new("/dev/ppsx"));
     }
 }

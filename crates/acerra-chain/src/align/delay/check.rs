@@ -43,7 +43,7 @@ pub fn check_delay(
     scan: DelayScan<'_>,
     control: &Control<'_>,
 ) -> Result<Option<DelayCheck>, DelayError> {
-    if !scan.view().tells_delay() {
+    if !scan.view().determines_delay() {
         return Ok(None);
     }
     let traces = scan.position_m.len().max(1) as f64;
@@ -60,7 +60,7 @@ pub fn check_delay(
         .map(|k| {
             control.check()?;
             let later_s = f64::from(k) * STEP_S;
-            let image = scan.looked_at(&looks, later_s, scan.grid)?;
+            let image = scan.tabulated_image(&looks, later_s, scan.grid)?;
             Ok(ScanPoint::of(later_s, &image))
         })
         .collect::<Result<_, DelayError>>()?;

@@ -61,7 +61,7 @@ impl DelayScan<'_> {
     ///
     /// # Errors
     /// Data that the imaging operators refuse.
-    pub(super) fn looked_at(
+    pub(super) fn tabulated_image(
         &self,
         looks: &TrialImages,
         later_s: f64,

@@ -86,7 +86,7 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
     let RadarContent::Radargram(_) = trial.radar else {
         return Err(DelayError::Spectra);
     };
-    if !trial.view()?.tells_delay() {
+    if !trial.view()?.determines_delay() {
         return Err(DelayError::Vague {
             from_ns: 1e9 * TRIED_S[0],
             to_ns: 1e9 * TRIED_S[1],
@@ -220,7 +220,7 @@ impl DelayTrial<'_> {
             let echo_at = |k: usize| {
                 control.check()?;
                 let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
-                let image = scan.looked_at(&looks, delay_s - middle_s, grid)?;
+                let image = scan.tabulated_image(&looks, delay_s - middle_s, grid)?;
                 let echo = StrongestEcho::of(&image, grid)?;
                 control.at(done.fetch_add(1, Ordering::Relaxed) + 1);
                 Ok((delay_s, echo))
@@ -259,8 +259,9 @@ impl DelayTrial<'_> {
             gate_ns,
             ..self.clean.clone()
         };
-        let unsaid = &mut Warnings::default();
-        let mut spectrum = clean(self.radar, self.aligned, self.scene, &options, unsaid)?.spectrum;
+        let discarded = &mut Warnings::default();
+        let mut spectrum =
+            clean(self.radar, self.aligned, self.scene, &options, discarded)?.spectrum;
         let width = spectrum.frequency_hz.len().max(1);
         for (trace, weight) in spectrum.values.chunks_mut(width).zip(self.weights()) {
             trace.iter_mut().for_each(|v| *v *= weight);

@@ -29,7 +29,7 @@ impl DelayScan<'_> {
         let scores_at = |later_s: &f64| {
             control.check()?;
             let score = |(patch, looks): (&PlaneGrid, &TrialImages)| {
-                let image = self.looked_at(looks, *later_s, *patch)?;
+                let image = self.tabulated_image(looks, *later_s, *patch)?;
                 Ok::<_, DelayError>(log_fourth_moment(&image))
             };
             patches

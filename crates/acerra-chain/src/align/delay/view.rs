@@ -18,7 +18,7 @@ impl View<'_> {
     /// Whether some pixel is seen under angles so different that an error [`ERROR_S`] of the delay defocuses
     /// the pixel: ranges ΔR too long bend the pixel's echoes by ΔR(1 − R₀/R₁) from the nearest range R₀ to
     /// the farthest R₁, and a bend of λ/8 is a quarter of a turn.
-    pub fn tells_delay(&self) -> bool {
+    pub fn determines_delay(&self) -> bool {
         let wavelength_m = self.light_speed_m_s / self.middle_hz;
         let error_m = 0.5 * self.light_speed_m_s * ERROR_S;
         let along = |count: usize| (0..=8).map(move |k| count.saturating_sub(1) * k / 8);

@@ -207,9 +207,9 @@ impl DirectForward {
                     },
                 );
             }
-            Echo::Bins { sums, beside } => {
+            Echo::Bins { sums, near_spectra } => {
                 sums.par_chunks_mut(CHUNK * length)
-                    .zip(beside.par_chunks_mut(CHUNK * n))
+                    .zip(near_spectra.par_chunks_mut(CHUNK * n))
                     .enumerate()
                     .for_each_init(
                         || vec![0f32; CHUNK * length],

@@ -16,7 +16,7 @@ pub(crate) enum Echo<'a> {
         /// `[pulses, bins]`
         sums: &'a mut [f64],
         /// Spectra `[pulses, N]`, to which pixels next to the antennas go.
-        beside: &'a mut [Complex64],
+        near_spectra: &'a mut [Complex64],
     },
 }
 
@@ -24,7 +24,10 @@ impl<'a> Echo<'a> {
     /// The spectra, to which an engine without bins adds.
     pub fn spectra(self) -> &'a mut [Complex64] {
         match self {
-            Self::Spectra(out) | Self::Bins { beside: out, .. } => out,
+            Self::Spectra(out)
+            | Self::Bins {
+                near_spectra: out, ..
+            } => out,
         }
     }
 
@@ -36,10 +39,10 @@ impl<'a> Echo<'a> {
                 let (own, rest) = out.split_at_mut(pulses * n);
                 (Self::Spectra(own), Self::Spectra(rest))
             }
-            Self::Bins { sums, beside } => {
+            Self::Bins { sums, near_spectra } => {
                 let (own_sums, rest_sums) = sums.split_at_mut(pulses * bins);
-                let (own, rest) = beside.split_at_mut(pulses * n);
-                let bins = |sums, beside| Self::Bins { sums, beside };
+                let (own, rest) = near_spectra.split_at_mut(pulses * n);
+                let bins = |sums, near_spectra| Self::Bins { sums, near_spectra };
                 (bins(own_sums, own), bins(rest_sums, rest))
             }
         }

@@ -246,7 +246,7 @@ impl<
     ) {
         let (s, n, lanes) = (self.block.s, S::N, self.lanes);
         let row_length = SquareSetup::rows(RELIEF) * n;
-        let beside = self.block.ground.beside_m[k].as_ptr();
+        let residual = self.block.ground.residual_m[k].as_ptr();
         let rows = self.setup.windowed.0.as_ptr();
         let is_weighted = self.block.job.weight.is_some();
         // SAFETY: the caller vouches for the slots; windows were checked to lie within their pulse's rows.
@@ -267,7 +267,7 @@ impl<
                         ),
                     );
                     if RELIEF {
-                        let b = s.load(beside.add(side * n));
+                        let b = s.load(residual.add(side * n));
                         linear = s.mul_add(b, term(10), linear);
                         let change =
                             s.mul_add(i, term(11), s.mul_add(j, term(12), s.mul(b, term(13))));
@@ -323,8 +323,9 @@ impl<
                 let mut height = s.splat(0.0);
                 if RELIEF {
                     // SAFETY: a group has as many numbers as its vectors together.
-                    let beside = unsafe { s.load(ground.beside_m[k].as_ptr().add(side * S::N)) };
-                    height = s.mul_add(i, su, s.mul_add(j, sv, beside));
+                    let residual =
+                        unsafe { s.load(ground.residual_m[k].as_ptr().add(side * S::N)) };
+                    height = s.mul_add(i, su, s.mul_add(j, sv, residual));
                 }
                 let offset = [i, j, height];
                 let [sent, mut difference] = self.exact(&origin.from[0], offset);

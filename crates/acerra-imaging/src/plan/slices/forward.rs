@@ -174,7 +174,7 @@ impl<'a> SlicesForward<'a> {
                 give(self.first + k, image);
                 let bins = Echo::Bins {
                     sums: &mut sums,
-                    beside: spectra,
+                    near_spectra: spectra,
                 };
                 self.plan.add(&which, (grid, image), bins, meter);
             }

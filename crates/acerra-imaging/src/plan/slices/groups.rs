@@ -138,7 +138,7 @@ impl Halving<'_> {
                 sample.share(|sight| sight.range_m < spec.reference_below_m)
             }
         };
-        let beside = near * pulses.frequency_hz().len() as f64;
+        let near_cost = near * pulses.frequency_hz().len() as f64;
         let factorized = match options.engine {
             Engine::Auto | Engine::Factorized => {
                 partitions::<Imaging>(&request, options.accuracy, &self.power, self.control)?
@@ -146,6 +146,6 @@ impl Halving<'_> {
             _ => None,
         };
         let factorized_cost = factorized.map_or(f64::INFINITY, |p| mean_costs(&p)[0]);
-        Ok(direct_cost.min(factorized_cost) + beside)
+        Ok(direct_cost.min(factorized_cost) + near_cost)
     }
 }
