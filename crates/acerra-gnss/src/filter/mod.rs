@@ -124,6 +124,7 @@ pub(crate) struct Filter<'a> {
     pub(crate) backward: bool,
     /// Number of the present set of held integers.
     generation: u32,
+    /// Numbers of the withdrawn sets of held integers.
     pub(crate) withdrawn: Vec<u32>,
 }
 

@@ -5,7 +5,7 @@
 //! order ends after Q, the third after LQ/R.
 
 use super::lanes::{Lanes, MAX_LANES};
-use super::two_ways::{half_sum, spreading};
+use super::two_ways::{half_sum, half_sums, spreading};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
@@ -323,20 +323,20 @@ impl<S: Lanes> About<S> {
     /// Half of the sum of two expansions, or half of their difference where `sign` is −1.
     #[inline(always)]
     fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
-        Self {
-            range_m: half_sum(s, sign, self.range_m, other.range_m),
-            difference_m: half_sum(s, sign, self.difference_m, other.difference_m),
-            slope: [
-                half_sum(s, sign, self.slope[0], other.slope[0]),
-                half_sum(s, sign, self.slope[1], other.slope[1]),
+        half_sums!(
+            (s, sign, self, other),
+            [
+                range_m,
+                difference_m,
+                along_square,
+                product,
+                across_square,
+                inverse_range,
+                linear,
+                squares,
+                dropped,
             ],
-            along_square: half_sum(s, sign, self.along_square, other.along_square),
-            product: half_sum(s, sign, self.product, other.product),
-            across_square: half_sum(s, sign, self.across_square, other.across_square),
-            inverse_range: half_sum(s, sign, self.inverse_range, other.inverse_range),
-            linear: half_sum(s, sign, self.linear, other.linear),
-            squares: half_sum(s, sign, self.squares, other.squares),
-            dropped: half_sum(s, sign, self.dropped, other.dropped),
-        }
+            [slope]
+        )
     }
 }

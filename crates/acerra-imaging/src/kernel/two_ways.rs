@@ -14,6 +14,20 @@ pub(super) fn half_sum<S: Lanes>(s: S, sign: S::V, a: S::V, b: S::V) -> S::V {
     s.mul(s.splat(0.5), s.mul_add(sign, b, a))
 }
 
+/// A struct of vectors with the [`half_sum`] of every field of two, the last list being fields of pairs.
+macro_rules! half_sums {
+    (($s:expr, $sign:expr, $a:expr, $b:expr), [$($field:ident),+ $(,)?], [$($pair:ident),+]) => {
+        Self {
+            $($field: half_sum($s, $sign, $a.$field, $b.$field),)+
+            $($pair: [
+                half_sum($s, $sign, $a.$pair[0], $b.$pair[0]),
+                half_sum($s, $sign, $a.$pair[1], $b.$pair[1]),
+            ],)+
+        }
+    };
+}
+pub(super) use half_sums;
+
 /// The lesser of both numbers in every lane.
 #[inline(always)]
 pub(super) fn lesser<S: Lanes>(s: S, a: S::V, b: S::V) -> S::V {

@@ -129,9 +129,9 @@ fn sum_block<
     }
     let count = |pulses: usize| (pulses * pair * block.groups) as u64;
     tally.window += count(paths.windowed);
-    tally.gather += count(paths.gathered().len());
-    tally.reference += count(paths.reference().len());
-    if !paths.reference().is_empty() {
+    tally.gather += count(paths.others.gathered().len());
+    tally.reference += count(paths.others.reference().len());
+    if !paths.others.reference().is_empty() {
         sum_reference(block, &paths, real, imag);
     }
 }
@@ -187,7 +187,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                     let start = (*at.add((5 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
                     let weight = self.weight(|| s.mul_add(lanes, term(9), term(8)));
-                    self.evaluator.windowed(window, t, weight, &mut sums[side]);
+                    self.evaluator
+                        .windowed::<false>(window, t, weight, &mut sums[side]);
                 }
                 at = next;
             }
@@ -212,7 +213,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         let (s, job) = (self.block.s, self.block.job);
         let table = &job.table;
         let bins = s.splat((1.0 / table.bin_m) as f32);
-        for &m in self.paths.gathered() {
+        for &m in self.paths.others.gathered() {
             let m = usize::from(m);
             let origin = self.origin(m, vector);
             let sent = origin.exact(s, 0);
@@ -335,7 +336,7 @@ fn sum_reference<S: Lanes>(block: &Block<S>, paths: &Paths, real: &mut [f32], im
             band.origin_m[axis] + along * band.u_m[axis] + block.row as f64 * band.v_m[axis]
         })
     };
-    for &m in paths.reference() {
+    for &m in paths.others.reference() {
         let pulse = block.pulses.start + m as usize;
         for first in (0..pixels).step_by(DELAYS) {
             let count = DELAYS.min(pixels - first);

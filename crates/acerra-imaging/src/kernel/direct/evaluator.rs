@@ -27,39 +27,13 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         }
     }
 
-    /// Adds the contribution at `t` bins past a window of N entries, from which each lane picks its own
-    /// inside registers, times `weight` where there is one.
+    /// Adds the contribution at `t` bins past a window of N entries (2N where `TWO`), from which each lane
+    /// picks its own inside registers, times `weight` where there is one.
     ///
     /// # Safety
-    /// N entries must be readable at `window` and at every coefficient row after it.
+    /// The window's entries must be readable at `window` and at every coefficient row after it.
     #[inline(always)]
-    pub unsafe fn windowed(
-        &self,
-        window: *const f32,
-        t: S::V,
-        weight: Option<S::V>,
-        sum: &mut [S::V; 2],
-    ) {
-        let s = self.s;
-        let i = s.add(t, self.rounding);
-        let delta = s.sub(t, s.sub(i, self.rounding));
-        self.add(
-            delta,
-            // SAFETY: the caller vouches for the rows.
-            #[inline(always)]
-            |row| unsafe { s.pick(s.load(window.add(row * self.stride)), i) },
-            weight,
-            sum,
-        );
-    }
-
-    /// Adds the contribution at `t` bins past a window of 2N entries, from which each lane picks its
-    /// own inside registers, times `weight` where there is one.
-    ///
-    /// # Safety
-    /// 2N entries must be readable at `window` and at every coefficient row after it.
-    #[inline(always)]
-    pub unsafe fn windowed2(
+    pub unsafe fn windowed<const TWO: bool>(
         &self,
         window: *const f32,
         t: S::V,
@@ -75,7 +49,11 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
             #[inline(always)]
             |row| unsafe {
                 let at = window.add(row * self.stride);
-                s.pick2([s.load(at), s.load(at.add(S::N))], i)
+                if TWO {
+                    s.pick2([s.load(at), s.load(at.add(S::N))], i)
+                } else {
+                    s.pick(s.load(at), i)
+                }
             },
             weight,
             sum,

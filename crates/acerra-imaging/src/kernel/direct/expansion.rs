@@ -2,6 +2,7 @@
 //! double-precision sum for each pulse.
 
 use super::job::{Band, CHUNK, Job, PixelWeight, block_width, vectors_a_group};
+use super::unwindowed::{Unwindowed, whole_and_rest};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 use crate::kernel::two_ways::{lesser, mean, spreading};
@@ -109,12 +110,7 @@ impl Setup {
             }
         }
         for m in 0..block.pulses.len() {
-            let t = mean[m] * inverse_bin - start[m];
-            #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
-            // SAFETY: the bounds keep it within an i32, and replace NaN.
-            let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
-            self.whole[m] = whole;
-            self.fraction[m] = (t - f64::from(whole)) as f32;
+            (self.whole[m], self.fraction[m]) = whole_and_rest(mean[m] * inverse_bin - start[m]);
         }
     }
 
@@ -132,30 +128,7 @@ impl Setup {
 pub(super) struct Paths {
     /// Pulses with parameters in [`Setup::windowed`].
     pub windowed: usize,
-    /// Pulses that gather.
-    gathered: [u8; CHUNK],
-    gathers: usize,
-    /// Pulses summed in double precision.
-    reference: [u8; CHUNK],
-    references: usize,
-}
-
-impl Paths {
-    #[inline(always)]
-    fn gather(&mut self, pulse: usize) {
-        self.gathered[self.gathers] = pulse as u8;
-        self.gathers += 1;
-    }
-
-    #[inline(always)]
-    pub fn gathered(&self) -> &[u8] {
-        &self.gathered[..self.gathers]
-    }
-
-    #[inline(always)]
-    pub fn reference(&self) -> &[u8] {
-        &self.reference[..self.references]
-    }
+    pub others: Unwindowed,
 }
 
 /// Lengths and scales of the groups of a block.
@@ -378,15 +351,12 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
     let half_block = 0.5 * block_width(n) as f32 * groups.pixel;
     let mut paths = Paths {
         windowed: 0,
-        gathered: [0; CHUNK],
-        gathers: 0,
-        reference: [0; CHUNK],
-        references: 0,
+        others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
         let nearest_m = setup.nearest_m(m, job.antennas_m.len());
         if !job.windows && nearest_m - half_block > job.reference_below_m as f32 {
-            paths.gather(m);
+            paths.others.gather(m);
             continue;
         }
         let sent = Expansion::of::<CUBIC>(s, &groups, setup, (0, m));
@@ -396,8 +366,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
             expansion = sent.mean(s, received);
         }
         if !s.all_le(groups.near_m, expansion.range_m) {
-            paths.reference[paths.references] = m as u8;
-            paths.references += 1;
+            paths.others.refer(m);
             continue;
         }
         let (span, windows) = expansion.windows(s);
@@ -413,7 +382,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
             && s.all_le(zero, least)
             && s.all_le(most, last_window);
         if !fits {
-            paths.gather(m);
+            paths.others.gather(m);
             continue;
         }
         let length = parameter_rows(WEIGHTED) * n;

@@ -147,9 +147,9 @@ fn sum_block<
     }
     let count = |pulses: usize| (pulses * vectors * block.groups) as u64;
     tally.window += count(paths.narrow + paths.wide);
-    tally.gather += count(paths.gathered().len());
-    tally.reference += count(paths.reference().len());
-    if !paths.reference().is_empty() {
+    tally.gather += count(paths.others.gathered().len());
+    tally.reference += count(paths.others.reference().len());
+    if !paths.others.reference().is_empty() {
         sum_reference::<S, RELIEF>(block, &setup.frame, &paths, real, imag);
     }
 }
@@ -287,11 +287,7 @@ impl<
                         true => Some(term(SquareSetup::weight_row(RELIEF))),
                         false => None,
                     };
-                    if TWO {
-                        self.evaluator.windowed2(window, t, weight, sums);
-                    } else {
-                        self.evaluator.windowed(window, t, weight, sums);
-                    }
+                    self.evaluator.windowed::<TWO>(window, t, weight, sums);
                 }
                 at = at.wrapping_add(row_length);
             }
@@ -310,7 +306,7 @@ impl<
         let [su, sv] = ground.slope.map(|slope| s.splat(slope[k]));
         let is_apart = block.job.antennas_m.len() > 1;
         let is_weighted = block.job.weight.is_some();
-        for &m in self.paths.gathered() {
+        for &m in self.paths.others.gathered() {
             let m = usize::from(m);
             // Ranges count from the middle of the group, computed in double precision: squares of coarse
             // pixels are large.
@@ -390,7 +386,7 @@ fn sum_reference<S: Lanes, const RELIEF: bool>(
         };
         block.point_m(i as f64, j as f64, up_m)
     };
-    for &m in paths.reference() {
+    for &m in paths.others.reference() {
         let pulse = block.pulses.start + usize::from(m);
         for (j, first) in (0..rows).flat_map(|j| (0..columns).step_by(DELAYS).map(move |i| (j, i)))
         {

@@ -3,9 +3,10 @@
 
 use super::job::{Band, CHUNK, GROUP, HALF, Job, PixelWeight, SIDE};
 use super::square_ground::SquareGround;
+use super::unwindowed::{Unwindowed, whole_and_rest};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
-use crate::kernel::two_ways::{half_sum, lesser, spreading};
+use crate::kernel::two_ways::{half_sum, half_sums, lesser, spreading};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
@@ -110,15 +111,6 @@ impl Origin {
     }
 }
 
-/// Whole bins and the fraction of a range in bins.
-#[inline(always)]
-fn whole_and_rest(bins: f64) -> (i32, f32) {
-    #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
-    // SAFETY: the bounds keep it within an i32, and replace NaN.
-    let whole = unsafe { bins.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
-    (whole, (bins - f64::from(whole)) as f32)
-}
-
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct SquareSetup {
     /// Parameters of each pulse that has windows, [`Self::rows`] rows of N, one lane a group: slopes of the
@@ -187,9 +179,7 @@ impl SquareSetup {
             }
         }
         for m in 0..block.pulses.len() {
-            let (whole, fraction) = whole_and_rest(mean[m] * inverse_bin - start[m]);
-            self.whole[m] = whole;
-            self.fraction[m] = fraction;
+            (self.whole[m], self.fraction[m]) = whole_and_rest(mean[m] * inverse_bin - start[m]);
         }
     }
 }
@@ -199,24 +189,7 @@ pub(super) struct SquarePaths {
     /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
     pub narrow: usize,
     pub wide: usize,
-    gathered: [u8; CHUNK],
-    gathers: usize,
-    reference: [u8; CHUNK],
-    references: usize,
-}
-
-impl SquarePaths {
-    /// Pulses that gather.
-    #[inline(always)]
-    pub fn gathered(&self) -> &[u8] {
-        &self.gathered[..self.gathers]
-    }
-
-    /// Pulses summed in double precision.
-    #[inline(always)]
-    pub fn reference(&self) -> &[u8] {
-        &self.reference[..self.references]
-    }
+    pub others: Unwindowed,
 }
 
 /// The range over each group, one lane a group, in bins and pixels.
@@ -440,27 +413,23 @@ impl<S: Lanes> Expansion<S> {
     /// Half of the sum of two expansions, or half of their difference where `sign` is −1.
     #[inline(always)]
     fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
-        Self {
-            range_m: half_sum(s, sign, self.range_m, other.range_m),
-            t: half_sum(s, sign, self.t, other.t),
-            slope: [
-                half_sum(s, sign, self.slope[0], other.slope[0]),
-                half_sum(s, sign, self.slope[1], other.slope[1]),
+        half_sums!(
+            (s, sign, self, other),
+            [
+                range_m,
+                t,
+                along_square,
+                product,
+                across_square,
+                inverse_bins,
+                truncation_error,
+                third,
+                uneven,
+                rise,
+                half_curvature,
             ],
-            along_square: half_sum(s, sign, self.along_square, other.along_square),
-            product: half_sum(s, sign, self.product, other.product),
-            across_square: half_sum(s, sign, self.across_square, other.across_square),
-            inverse_bins: half_sum(s, sign, self.inverse_bins, other.inverse_bins),
-            truncation_error: half_sum(s, sign, self.truncation_error, other.truncation_error),
-            third: half_sum(s, sign, self.third, other.third),
-            uneven: half_sum(s, sign, self.uneven, other.uneven),
-            rise: half_sum(s, sign, self.rise, other.rise),
-            slope_change: [
-                half_sum(s, sign, self.slope_change[0], other.slope_change[0]),
-                half_sum(s, sign, self.slope_change[1], other.slope_change[1]),
-            ],
-            half_curvature: half_sum(s, sign, self.half_curvature, other.half_curvature),
-        }
+            [slope, slope_change]
+        )
     }
 
     /// Bounds of the linear and of the quadratic part over a group whose heights depart by up to `uneven_m`
@@ -585,10 +554,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
     let mut paths = SquarePaths {
         narrow: 0,
         wide: 0,
-        gathered: [0; CHUNK],
-        gathers: 0,
-        reference: [0; CHUNK],
-        references: 0,
+        others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);
@@ -598,8 +564,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
             expansion = sent.mean::<CUBIC>(s, received, groups.uneven_m);
         }
         if !s.all_le(groups.near_m, expansion.range_m) {
-            paths.reference[paths.references] = m as u8;
-            paths.references += 1;
+            paths.others.refer(m);
             continue;
         }
         let (span, windows) = expansion.windows::<CUBIC, RELIEF>(s);
@@ -612,8 +577,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
             && s.all_le(negative, whole)
             && s.all_le(most, last_window);
         if !fits {
-            paths.gathered[paths.gathers] = m as u8;
-            paths.gathers += 1;
+            paths.others.gather(m);
             continue;
         }
         let length = SquareSetup::rows(RELIEF) * n;
