@@ -2,12 +2,13 @@
 
 use super::curve::{LikelihoodCurve, Mode};
 use super::echo::{Search, ridges};
-use super::height::{Grid, HeightCue, any_of, height_cues};
+use super::height::height_cues;
+use super::height_cue::{Grid, HeightCue};
 use super::motion::{MotionCue, motion_cue};
 use super::profile::STEP_S;
 use super::scan::{Likely, Scan, posterior};
 use super::sharpness::{Scored, SharpnessCue, least_images, offsets_about};
-use super::surface::surface_at;
+use super::surface::{any_of, surface_at};
 use super::{AlignError, FlightProfile, activity};
 use crate::radargram::Radargram;
 use acerra_control::Control;

@@ -51,6 +51,8 @@ mod echo;
 mod error;
 mod estimate;
 mod height;
+mod height_cue;
+mod height_fit;
 mod motion;
 mod noise;
 mod offset;
@@ -65,7 +67,7 @@ pub use error::AlignError;
 pub use estimate::{
     Candidate, ClockPrior, OffsetEstimate, OffsetLikelihood, OffsetOptions, offset_likelihood,
 };
-pub use height::HeightCue;
+pub use height_cue::HeightCue;
 pub use motion::MotionCue;
 pub use offset::{CoarseOffset, OffsetSearch, coarse_offset};
 pub use profile::{FlightProfile, FlightState};

@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 
 use super::curve::LikelihoodCurve;
-use super::height::Grid;
+use super::height_cue::Grid;
 use super::noise::correlation_length;
 use super::profile::AT_REST;
 use super::{AlignError, FlightProfile};
