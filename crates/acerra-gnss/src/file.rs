@@ -216,34 +216,16 @@ fn read_kind(
     match kind {
         FileKind::RinexObservation => {
             let lines = Lines::new(BufReader::new(reader), limits);
-            let (observations, report) = observations_of(lines, "")?;
-            Ok(GnssFile {
-                kind,
-                observations: Some(observations),
-                navigation: None,
-                report,
-            })
+            Ok(observation_file(kind, observations_of(lines, "")?))
         }
         FileKind::Crinex => {
             let lines = CrinexLines::new(Lines::new(BufReader::new(reader), limits))?;
             let suffix = format!(", Hatanaka {}", lines.version());
-            let (observations, report) = observations_of(lines, &suffix)?;
-            Ok(GnssFile {
-                kind,
-                observations: Some(observations),
-                navigation: None,
-                report,
-            })
+            Ok(observation_file(kind, observations_of(lines, &suffix)?))
         }
         FileKind::RinexNavigation => {
             let mut lines = Lines::new(BufReader::new(reader), limits);
-            let (navigation, report) = read_navigation_lines(&mut lines)?;
-            Ok(GnssFile {
-                kind,
-                observations: None,
-                navigation: Some(navigation),
-                report,
-            })
+            Ok(navigation_file(kind, read_navigation_lines(&mut lines)?))
         }
         FileKind::Sp3 => {
             let mut lines = Lines::new(BufReader::new(reader), limits);
@@ -261,16 +243,30 @@ fn read_kind(
     }
 }
 
-fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)) -> GnssFile {
+fn observation_file(kind: FileKind, (data, report): (ObservationData, ReadReport)) -> GnssFile {
+    GnssFile {
+        kind,
+        observations: Some(data),
+        navigation: None,
+        report,
+    }
+}
+
+fn navigation_file(kind: FileKind, (data, report): (Navigation, ReadReport)) -> GnssFile {
     GnssFile {
         kind,
         observations: None,
-        navigation: Some(Navigation {
-            precise,
-            ..Navigation::default()
-        }),
+        navigation: Some(data),
         report,
     }
+}
+
+fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)) -> GnssFile {
+    let navigation = Navigation {
+        precise,
+        ..Navigation::default()
+    };
+    navigation_file(kind, (navigation, report))
 }
 
 /// The whole content of a reader, within the limits.

@@ -127,19 +127,6 @@ pub fn add_power(power: &mut [f32], look: &[Complex32]) -> Result<(), ImagingErr
     Ok(())
 }
 
-/// Equivalent number of looks of an image of power over even ground: mean² over variance.
-#[must_use]
-pub fn equivalent_looks(power: &[f32]) -> f64 {
-    let n = power.len().max(1) as f64;
-    let mean = power.iter().map(|p| f64::from(*p)).sum::<f64>() / n;
-    let variance = power
-        .iter()
-        .map(|p| (f64::from(*p) - mean).powi(2))
-        .sum::<f64>()
-        / n;
-    mean * mean / variance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -41,4 +41,3 @@ pub trait LinearOperator: Sync {
         0
     }
 }
-

@@ -1,5 +1,6 @@
 //! Fixed columns and the numbers in them.
 
+use crate::input::ReadError;
 use acerra_geo::time::{Calendar, full_year};
 
 /// Columns `start..start + width` (from 0) of a line, cut at the line's end.
@@ -59,6 +60,31 @@ pub(crate) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
     } else {
         Err(NotANumber)
     }
+}
+
+/// Version in hundredths (210, 304 …) on the first line of a RINEX file, which has this line number.
+///
+/// # Errors
+/// [`ReadError::Format`] for any other line, [`ReadError::Unsupported`] for a version outside 2 to 4.
+pub(super) fn version(line: &[u8], number: u64) -> Result<u16, ReadError> {
+    let version = real(column(line, 0, 9)).ok().flatten();
+    let labelled = column(line, 60, 20) == b"RINEX VERSION / TYPE";
+    let Some(version) = version.filter(|_| labelled) else {
+        return Err(ReadError::format(number, "RINEX VERSION / TYPE", line));
+    };
+    if !(2.0..5.0).contains(&version) {
+        return Err(ReadError::Unsupported {
+            line: number,
+            what: format!("RINEX version {version:.2}"),
+        });
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "2.0 to 5.0"
+    )]
+    let hundredths = (version * 100.0).round() as u16;
+    Ok(hundredths)
 }
 
 /// An unsigned integer; `None` where blank or unreadable.

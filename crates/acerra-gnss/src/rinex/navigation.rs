@@ -1,6 +1,6 @@
 //! Navigation files.
 
-use super::fields::{calendar, column, integer, real};
+use super::fields::{calendar, column, integer, real, version};
 use super::navigation_record::NavigationRecord;
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 use crate::observations::satellite::{SatelliteId, System};
@@ -90,17 +90,7 @@ impl Reader {
             }
         }
         let (line, number) = (source.line(), source.number());
-        let version = real(column(line, 0, 9)).ok().flatten();
-        let labelled = column(line, 60, 20) == b"RINEX VERSION / TYPE";
-        let Some(version) = version.filter(|_| labelled) else {
-            return Err(ReadError::format(number, "RINEX VERSION / TYPE", line));
-        };
-        if !(2.0..5.0).contains(&version) {
-            return Err(ReadError::Unsupported {
-                line: number,
-                what: format!("RINEX version {version:.2}"),
-            });
-        }
+        let version = version(line, number)?;
         let system = match column(line, 20, 1) {
             b"G" => System::Glonass,
             b"H" => System::Sbas,
@@ -109,16 +99,10 @@ impl Reader {
             b"N" => column(line, 40, 1)
                 .first()
                 .and_then(|&l| System::from_letter(char::from(l)))
-                .filter(|_| version >= 3.0)
+                .filter(|_| version >= 300)
                 .unwrap_or(System::Gps),
             _ => return Err(ReadError::format(number, "type N (navigation data)", line)),
         };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "2.0 to 5.0"
-        )]
-        let version = (version * 100.0).round() as u16;
         let mut reader = Self {
             version,
             layout: if version < 300 { VERSION_2 } else { VERSION_3 },

@@ -9,6 +9,7 @@ use crate::observations::observation::{EventKind, EventRecord, LossOfLock, Signa
 use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::select::SignalChoice;
+use acerra_geo::time::GpsTime;
 
 /// One record of an observation file.
 #[derive(Debug, Clone, PartialEq)]
@@ -198,6 +199,15 @@ impl<S: LineSource> RinexObservations<S> {
         Ok(())
     }
 
+    /// Time of an epoch line; an unreadable one is counted as dropped.
+    fn gps_time(&mut self, epoch: &EpochLine, place: Place) -> Option<GpsTime> {
+        let time = (epoch.time.as_ref()).and_then(|t| self.header.time_system.gps_time(t));
+        if time.is_none() {
+            self.report.drop_one(DropReason::UnreadableEpoch, place);
+        }
+        time
+    }
+
     fn event(&mut self, epoch: &EpochLine) -> Result<Option<ObservationRecord>, ReadError> {
         let place = self.here();
         for _ in 0..epoch.count {
@@ -206,12 +216,7 @@ impl<S: LineSource> RinexObservations<S> {
                 break;
             }
         }
-        let time = epoch
-            .time
-            .as_ref()
-            .and_then(|t| self.header.time_system.gps_time(t));
-        let Some(time) = time else {
-            self.report.drop_one(DropReason::UnreadableEpoch, place);
+        let Some(time) = self.gps_time(epoch, place) else {
             return Ok(None);
         };
         Ok(Some(ObservationRecord::Event(EventRecord {
@@ -241,12 +246,7 @@ impl<S: LineSource> RinexObservations<S> {
             self.report.drop_one(DropReason::CycleSlipRecord, place);
             return Ok(None);
         }
-        let time = epoch
-            .time
-            .as_ref()
-            .and_then(|t| self.header.time_system.gps_time(t));
-        let Some(time) = time else {
-            self.report.drop_one(DropReason::UnreadableEpoch, place);
+        let Some(time) = self.gps_time(epoch, place) else {
             return Ok(None);
         };
         Ok(Some(ObservationRecord::Epoch(RecordedEpoch {

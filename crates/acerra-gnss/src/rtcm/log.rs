@@ -13,7 +13,7 @@ use super::time::{DateSource, date_of, resolve};
 use super::{ephemeris, legacy, msm, station};
 use crate::input::{DropReason, Place, ReadReport};
 use crate::observations::observation::{LossOfLock, SignalObservation, StationInfo};
-use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::recorded::{RecordedEpoch, add_signal};
 use crate::observations::satellite::SatelliteId;
 use crate::observations::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
 use crate::orbits::navigation::{Ephemeris, Navigation};
@@ -297,7 +297,7 @@ impl Reader {
         if let Some(open) = &mut self.open {
             open.more_follow = measured.more_follow;
             for (satellite, signal) in signals {
-                push(&mut open.epoch.satellites, satellite, signal);
+                add_signal(&mut open.epoch.satellites, satellite, signal);
             }
         }
     }
@@ -392,18 +392,6 @@ impl Reader {
         }
         out.report.remarks.extend(missing_epochs(&out.epochs));
         out
-    }
-}
-
-/// Adds a signal to its satellite; the first of two equal signals of an epoch is kept.
-fn push(out: &mut Vec<RecordedSatellite>, satellite: SatelliteId, signal: SignalObservation) {
-    match out.iter_mut().find(|s| s.satellite == satellite) {
-        Some(of) if of.signals.iter().any(|s| s.code == signal.code) => {}
-        Some(of) => of.signals.push(signal),
-        None => out.push(RecordedSatellite {
-            satellite,
-            signals: vec![signal],
-        }),
     }
 }
 

@@ -7,7 +7,6 @@
 use super::epoch::Solution;
 use super::error_correlation::ErrorCorrelation;
 use super::quality::Quality;
-use super::summary::PpkSolution;
 use nalgebra::{Matrix3, SymmetricEigen};
 
 impl ErrorCorrelation {
@@ -77,18 +76,4 @@ fn root(solution: &Solution) -> Matrix3<f64> {
     let mut eigen = SymmetricEigen::new(covariance);
     eigen.eigenvalues.apply(|v| *v = v.max(0.0).sqrt());
     eigen.recompose()
-}
-
-impl PpkSolution {
-    /// Covariance (ECEF, m²) of the errors of the epochs numbered `a` (rows) and `b` (columns); `None` where
-    /// there are no such epochs. See [`ErrorCorrelation::covariance_ecef_m2`].
-    #[must_use]
-    pub fn error_covariance_ecef_m2(&self, a: usize, b: usize) -> Option<[[f64; 3]; 3]> {
-        let (a, b) = (self.epochs.get(a)?, self.epochs.get(b)?);
-        let known = self.summary.error_correlation.as_ref();
-        Some(known.map_or_else(
-            || ErrorCorrelation::default().covariance_ecef_m2(a, b),
-            |errors| errors.covariance_ecef_m2(a, b),
-        ))
-    }
 }

@@ -6,7 +6,7 @@ use acerra_geo::time::GpsTime;
 
 use crate::input::{DropReason, Place, ReadReport};
 use crate::observations::observation::{EventKind, EventRecord, LossOfLock, SignalObservation};
-use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::recorded::{RecordedEpoch, add_signal};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::signal::SignalCode;
 use crate::rinex::utc_to_gps;
@@ -80,7 +80,7 @@ impl Measurements {
         let mut satellites = Vec::new();
         for block in payload[16..].chunks_exact(32).take(count) {
             match self.rawx_block(block, version, time, place, report) {
-                Some((satellite, signal)) => push(&mut satellites, satellite, signal),
+                Some((satellite, signal)) => add_signal(&mut satellites, satellite, signal),
                 None => report.drop_one(DropReason::UnknownSignal, place),
             }
         }
@@ -182,7 +182,7 @@ impl Measurements {
         let mut satellites = Vec::new();
         for block in payload[8..].chunks_exact(24).take(count) {
             match raw_block(block, place, report) {
-                Some((satellite, signal)) => push(&mut satellites, satellite, signal),
+                Some((satellite, signal)) => add_signal(&mut satellites, satellite, signal),
                 None => report.drop_one(DropReason::UnknownSignal, place),
             }
         }
@@ -231,23 +231,6 @@ fn raw_block(
 fn lost_in_between(since_previous_s: f64, lock_time_s: f64) -> bool {
     since_previous_s > 0.0 && lock_time_s + 2e-3 < since_previous_s.min(LOCK_TIME_CEILING_S - 2e-3)
         || since_previous_s > LOCK_TIME_CEILING_S
-}
-
-fn push(
-    satellites: &mut Vec<RecordedSatellite>,
-    satellite: SatelliteId,
-    signal: SignalObservation,
-) {
-    match satellites.iter_mut().find(|s| s.satellite == satellite) {
-        Some(known) if known.signals.iter().all(|s| s.code != signal.code) => {
-            known.signals.push(signal);
-        }
-        Some(_) => {}
-        None => satellites.push(RecordedSatellite {
-            satellite,
-            signals: vec![signal],
-        }),
-    }
 }
 
 /// The satellite of u-blox's system and satellite numbers.
