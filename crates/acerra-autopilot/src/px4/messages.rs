@@ -17,7 +17,7 @@ use crate::sample::{
 pub struct Message<'a> {
     /// Where its fields are.
     pub fields: &'a Fields,
-    /// Its bytes.
+    /// Bytes.
     pub bytes: &'a [u8],
 }
 

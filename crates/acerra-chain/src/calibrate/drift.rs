@@ -14,7 +14,7 @@ const MOST_KNOTS: f64 = 2000.0;
 /// The position errors of one track.
 #[derive(Clone, Debug)]
 pub(super) struct Drift {
-    /// Its first unknown among those of all tracks.
+    /// First unknown among those of all tracks.
     first: usize,
     start_s: f64,
     step_s: f64,

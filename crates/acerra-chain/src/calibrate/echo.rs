@@ -25,9 +25,9 @@ pub(super) struct Profiles {
 /// An echo: the crest of an envelope.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crest {
-    /// Its fast time (s).
+    /// Fast time (s).
     pub fast_time_s: f64,
-    /// Its level, in units of the trace's floor.
+    /// Level, in units of the trace's floor.
     pub contrast: f64,
 }
 

@@ -4,7 +4,7 @@ use crate::align::clock::ClockError;
 use crate::clean::CleanError;
 use crate::control::Cancelled;
 
-/// Why a log cannot be calibrated.
+/// Reason why a log cannot be calibrated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrateError {
@@ -25,7 +25,7 @@ pub enum CalibrateError {
     Align {
         /// Name of the track.
         track: String,
-        /// Why.
+        /// Cause.
         cause: ClockError,
     },
     /// The traces cannot be cleaned.
@@ -33,7 +33,7 @@ pub enum CalibrateError {
     Clean {
         /// Name of the track.
         track: String,
-        /// Why.
+        /// Cause.
         cause: CleanError,
     },
     /// A band that the samples do not hold.

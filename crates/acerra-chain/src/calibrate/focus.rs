@@ -30,7 +30,7 @@ const PLACE_COST: f64 = 0.25;
 pub(super) struct Stretch {
     /// Which reflector.
     pub reflector: usize,
-    /// Its traces.
+    /// Traces.
     pub traces: Vec<usize>,
     /// Weight of each: the path that it covers (m).
     pub weight: Vec<f64>,

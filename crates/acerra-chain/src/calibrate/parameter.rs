@@ -34,7 +34,7 @@ impl Parameter {
         SHARED.into_iter().chain(offsets).collect()
     }
 
-    /// What it is called.
+    /// Name.
     #[must_use]
     pub fn name(self) -> String {
         match self {

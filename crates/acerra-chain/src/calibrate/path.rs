@@ -16,11 +16,11 @@ use crate::position::Positions;
 pub(super) struct Pose {
     /// The positioned point, east, north, up (m).
     pub position_m: [f64; 3],
-    /// Its velocity, averaged over [`RATE_WINDOW_S`] (m/s).
+    /// Velocity, averaged over [`RATE_WINDOW_S`] (m/s).
     pub velocity_m_s: [f64; 3],
     /// Forward, left and up axis, in east, north, up; zero where the heading is unknown.
     pub axis: [[f64; 3]; 3],
-    /// Their rates, averaged in the same way (1/s).
+    /// Rates, averaged in the same way (1/s).
     pub axis_rate: [[f64; 3]; 3],
     /// Standard deviations of the position (m), where the trajectory states them.
     pub sigma_m: Option<[f64; 3]>,

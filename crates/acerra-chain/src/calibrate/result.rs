@@ -17,9 +17,9 @@ pub struct Calibrated {
     pub estimates: Vec<Estimate>,
     /// The unknowns estimated, in the order of `correlation`.
     pub free: Vec<Parameter>,
-    /// Their correlation matrix, row by row.
+    /// Correlation matrix, row by row.
     pub correlation: Vec<Vec<f64>>,
-    /// Their covariance matrix, row by row (SI units).
+    /// Covariance matrix, row by row (SI units).
     pub covariance: Vec<Vec<f64>>,
     /// Combinations that the geometry does not determine.
     pub singular: Vec<SingularDirection>,
@@ -41,7 +41,7 @@ pub struct Estimate {
     /// The value found, or the campaign's where it is not observable (SI units). For a delay that the ranges
     /// do not determine, and the clock offsets: the value at which the reflectors are in focus.
     pub value: f64,
-    /// Its standard deviation, given the values held (SI units); none where the value is not observable.
+    /// Standard deviation, given the values held (SI units); none where the value is not observable.
     pub sigma: Option<f64>,
     /// For a held unknown: its estimate relative to the held value, and the deviation of the estimate (SI
     /// units).
@@ -53,7 +53,7 @@ pub struct Estimate {
 pub struct Sensitivity {
     /// The estimate.
     pub of: Parameter,
-    /// What is held.
+    /// Quantity held.
     pub to: Parameter,
     /// Change of the one per change of the other (SI units).
     pub slope: f64,
@@ -62,7 +62,7 @@ pub struct Sensitivity {
 /// How a reflector fits.
 #[derive(Clone, Copy, Debug)]
 pub struct ReflectorFit {
-    /// Its place (m).
+    /// Place (m).
     pub place_m: [f64; 3],
     /// Echoes found.
     pub echoes: usize,
@@ -83,7 +83,7 @@ pub struct EchoResidual {
     pub time_s: f64,
     /// Observed less adjusted range (m).
     pub residual_m: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation (m).
     pub sigma_m: f64,
     /// Whether it took part.
     pub kept: bool,

@@ -36,7 +36,7 @@ pub(super) struct Setting<'a> {
 /// A track's path and range profiles.
 #[derive(Clone, Debug)]
 pub(super) struct TrackEchoes {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Where the positioned point was.
     pub path: Path,
@@ -79,7 +79,7 @@ pub(super) struct Echo {
     pub time_s: f64,
     /// Apparent range, c/2 times fast time (m).
     pub range_m: f64,
-    /// Its deviation relative to that of an echo as high as the floor.
+    /// Deviation relative to that of an echo as high as the floor.
     pub relative_sigma: f64,
 }
 

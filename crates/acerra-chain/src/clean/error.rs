@@ -3,7 +3,7 @@
 use acerra_radar::RadargramError;
 use acerra_radar::clean::CleanError as Refused;
 
-/// Why traces cannot be cleaned.
+/// Reason why traces cannot be cleaned.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CleanError {

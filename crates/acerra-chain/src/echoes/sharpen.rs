@@ -25,7 +25,7 @@ const FLOOR_DB: f64 = -12.0;
 pub struct Sharpest {
     /// The value.
     pub value: f64,
-    /// Its standard deviation: the scatter of the patches' values.
+    /// Standard deviation: the scatter of the patches' values.
     pub sigma: f64,
     /// Number of patches with a maximum inside.
     pub patches: usize,

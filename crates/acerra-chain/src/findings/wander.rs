@@ -45,7 +45,7 @@ const NEAR_STEPS: f64 = 10.0;
 pub(super) struct Preferred {
     /// The value, less the one in force.
     pub change: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub sigma: f64,
     /// Targets that take part.
     pub targets: usize,

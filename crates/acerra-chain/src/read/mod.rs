@@ -114,7 +114,7 @@ impl RadarData {
     }
 }
 
-/// Why a radar log cannot be used.
+/// Reason why a radar log cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -123,7 +123,7 @@ pub enum ReadError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The content is no radar log, or a damaged one.
@@ -184,7 +184,7 @@ pub enum ReadError {
     GridDiffers {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// Difference.
         what: &'static str,
         /// What the first file has.
         expected: Box<str>,
@@ -204,7 +204,7 @@ pub enum ReadError {
     Scans {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         cause: RunError,
     },
     /// Phase history data that cannot be used.

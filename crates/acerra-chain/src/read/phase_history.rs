@@ -20,7 +20,7 @@ pub(crate) struct PhaseHistory {
     pub remarks: Vec<String>,
 }
 
-/// Why phase history data cannot be used.
+/// Reason why phase history data cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhaseHistoryError {

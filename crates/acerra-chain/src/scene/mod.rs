@@ -73,7 +73,7 @@ pub enum SceneHeights {
 pub struct TerrainSource {
     /// The raster.
     pub path: PathBuf,
-    /// Its coordinates where the file does not say: `"local"` or an EPSG code.
+    /// Coordinates where the file does not say: `"local"` or an EPSG code.
     pub crs: Option<String>,
     /// Added to its heights to have heights above the ellipsoid (m).
     pub geoid_height_m: f64,
@@ -81,7 +81,7 @@ pub struct TerrainSource {
     pub geoid: Option<PathBuf>,
 }
 
-/// Why there are no pixels, or no ground.
+/// Reason why there are no pixels, or no ground.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -140,7 +140,7 @@ pub enum SceneError {
     Open {
         /// The raster.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The name of the terrain's coordinates is unknown.
@@ -148,7 +148,7 @@ pub enum SceneError {
     Coordinates {
         /// The raster.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         cause: TerrainError,
     },
     /// The terrain cannot be read.

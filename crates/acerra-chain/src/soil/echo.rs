@@ -31,7 +31,7 @@ const FALSE_ALARM: f64 = 0.01;
 /// Parameters of the echo of a buried point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointEcho {
-    /// Its place by the permittivities in force (m).
+    /// Place by the permittivities in force (m).
     pub place_m: [f64; 3],
     /// Delay below the surface straight under the antenna, as one-way optical length Σ n t (m).
     pub delay_m: f64,

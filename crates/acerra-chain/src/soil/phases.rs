@@ -17,7 +17,7 @@ const PLACE_WEIGHT: f64 = 0.01;
 pub(super) struct Phase {
     /// How its path changes by a delay, the place east and north, and the curvature.
     pub by: Vector4<f64>,
-    /// Its value at the delay at which their sum is strongest.
+    /// Value at the delay at which their sum is strongest.
     pub value: Complex64,
 }
 

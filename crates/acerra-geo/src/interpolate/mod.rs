@@ -168,7 +168,7 @@ pub struct Interpolated {
 /// Neighbouring outputs with the same flag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Their flag.
+    /// Flag.
     pub flag: Flag,
     /// Index of the first.
     pub first: usize,

@@ -60,7 +60,7 @@ impl Frame {
     }
 }
 
-/// Why fixes do not make a trajectory.
+/// Reason why fixes do not make a trajectory.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrajectoryError {
@@ -78,7 +78,7 @@ pub enum TrajectoryError {
     TimeNotIncreasing {
         /// Which fix, from 0.
         index: usize,
-        /// Its time (s).
+        /// Time (s).
         time_s: f64,
         /// The time before it (s).
         previous_s: f64,

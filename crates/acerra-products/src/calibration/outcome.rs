@@ -10,7 +10,7 @@ use super::keys;
 pub struct CalibrationOutcome {
     /// What the campaign said.
     pub campaign: Campaign,
-    /// What was found.
+    /// Text found.
     pub calibrated: Calibrated,
     /// What is doubtful.
     pub warnings: Vec<String>,

@@ -14,7 +14,7 @@ pub struct CalibrationRecord {
     pub estimates: Vec<EstimateRecord>,
     /// Names of the unknowns that were estimated, in the order of `correlation`.
     pub estimated: Vec<String>,
-    /// Their correlation matrix.
+    /// Correlation matrix.
     pub correlation: Vec<Vec<f64>>,
     /// Combinations that the geometry cannot determine.
     pub not_observable: Vec<DirectionRecord>,
@@ -29,7 +29,7 @@ pub struct CalibrationRecord {
 /// One unknown.
 #[derive(Clone, Debug, Serialize)]
 pub struct EstimateRecord {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Unit of the numbers.
     pub unit: &'static str,
@@ -57,7 +57,7 @@ pub struct DirectionRecord {
 pub struct ComponentRecord {
     /// The unknown.
     pub name: String,
-    /// Its change.
+    /// Change.
     pub change: f64,
     /// Unit of it.
     pub unit: &'static str,
@@ -68,7 +68,7 @@ pub struct ComponentRecord {
 pub struct SensitivityRecord {
     /// The estimate.
     pub of: String,
-    /// What is held.
+    /// Quantity held.
     pub to: String,
     /// Change of the one per change of the other.
     pub slope: f64,
@@ -79,7 +79,7 @@ pub struct SensitivityRecord {
 /// How a reflector fits.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReflectorRecord {
-    /// Its place.
+    /// Place.
     pub position_m: [f64; 3],
     /// Echoes found.
     pub echoes: usize,

@@ -110,7 +110,7 @@ impl fmt::Display for Verdict {
 /// A named value with its unit, and a note on how to read it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fact {
-    /// What it is.
+    /// Value found.
     pub name: String,
     /// The value as shown, with its unit.
     pub value: String,
@@ -261,7 +261,7 @@ pub struct Cut {
 /// Results for one track.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrackEvidence {
-    /// Its name; empty where the campaign has only one.
+    /// Name; empty where the campaign has only one.
     pub name: String,
     /// The trajectory at the traces.
     pub trajectory: Option<TrajectoryEvidence>,

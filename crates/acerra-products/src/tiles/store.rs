@@ -95,7 +95,7 @@ impl TileStore {
         })
     }
 
-    /// Where it is.
+    /// Place.
     pub fn folder(&self) -> &Path {
         &self.folder
     }

@@ -47,7 +47,7 @@ pub enum CleanError {
     Height {
         /// The trace.
         trace: usize,
-        /// Its height, m.
+        /// Height, m.
         height_m: f64,
     },
     /// Background removal would leave no signal.

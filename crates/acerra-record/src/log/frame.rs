@@ -77,7 +77,7 @@ impl RecordKind {
 /// One record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Record {
-    /// What it holds.
+    /// Content.
     pub kind: RecordKind,
     /// Host clock when the payload came, ns.
     pub at_ns: u64,

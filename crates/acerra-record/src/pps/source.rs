@@ -22,7 +22,7 @@ const LONGEST_PULSE: Duration = Duration::from_millis(550);
 /// Pulses missed in a row beyond which the kernel is taken to count again.
 const MOST_MISSED: u32 = 100_000;
 
-/// Why no pulses can be read.
+/// Reason why no pulses can be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PpsError {
@@ -31,7 +31,7 @@ pub enum PpsError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// Neither a device of the kernel's nor a file.
@@ -45,7 +45,7 @@ pub enum PpsError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Defect found.
         cause: StampError,
     },
 }

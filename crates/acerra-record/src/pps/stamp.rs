@@ -29,7 +29,7 @@ pub struct PulseStamp {
     pub sequence: u32,
 }
 
-/// Why a text is no stamp.
+/// Reason why a text is no stamp.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum StampError {

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::settings::SettingsError;
 use crate::log::LogReadError;
 
-/// Why a session cannot be finished.
+/// Reason why a session cannot be finished.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FinishError {
@@ -17,7 +17,7 @@ pub enum FinishError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The log.
@@ -33,7 +33,7 @@ pub enum FinishError {
     Settings {
         /// The log.
         path: PathBuf,
-        /// What is wrong.
+        /// Defect found.
         cause: SettingsError,
     },
 }

@@ -42,7 +42,7 @@ pub enum EngineStatus {
     Ready,
     /// They cannot be had.
     Failed {
-        /// Why.
+        /// Cause.
         reason: String,
     },
 }

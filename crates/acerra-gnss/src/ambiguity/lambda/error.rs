@@ -1,6 +1,6 @@
 //! Why there is no integer solution.
 
-/// Why there is no integer solution.
+/// Reason why there is no integer solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LambdaError {
