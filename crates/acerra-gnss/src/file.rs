@@ -23,7 +23,7 @@ use crate::rtcm::{self, RtcmHints, RtcmLog, read_rtcm};
 use crate::sniff::{SNIFF_BYTES, sniff};
 use crate::ubx::{self, UbxLog, read_ubx};
 
-/// What a GNSS file held.
+/// Contents of a GNSS file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GnssFile {
     /// Recognised kind of the content, inside any gzip.

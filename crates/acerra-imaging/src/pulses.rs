@@ -274,7 +274,7 @@ impl<'a> Pulses<'a> {
     /// default.
     ///
     /// # Errors
-    /// Another number of directions than pulses, or one whose length differs from 1 by more than 10⁻⁶.
+    /// The number of directions differs from that of pulses, or a direction's length from 1 by more than 10⁻⁶.
     ///
     /// ```
     /// # use acerra_imaging::{Complex64, ImagingError, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};

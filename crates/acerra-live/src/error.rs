@@ -1,11 +1,11 @@
-//! Why there is no live image.
+//! Reasons for the absence of a live image.
 
 use acerra_imaging::ImagingError;
 use acerra_radar::RadargramError;
 use acerra_radar::clean::CleanError;
 use thiserror::Error;
 
-/// Why there is no live image.
+/// Reasons for the absence of a live image.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LiveError {

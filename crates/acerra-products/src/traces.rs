@@ -31,7 +31,7 @@ impl TraceFormat {
     }
 }
 
-/// Why traces cannot be written.
+/// Reasons why traces cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TraceFileError {

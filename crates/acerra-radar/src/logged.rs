@@ -82,7 +82,7 @@ pub enum LoggedClockError {
         path: PathBuf,
         /// Number and stamp of the clock's first trace.
         expected: (u16, u32),
-        /// Those of the log's.
+        /// Number and stamp of the log's first trace.
         found: (u16, u32),
     },
 }

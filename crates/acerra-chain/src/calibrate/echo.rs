@@ -17,7 +17,7 @@ pub(super) struct Profiles {
     step_s: f64,
     samples: usize,
     envelope: Vec<f32>,
-    /// The same with their phases, mixed down by the middle of the band.
+    /// Analytic traces, mixed down by the middle of the band.
     mixed: Vec<Complex32>,
     middle_hz: f64,
 }

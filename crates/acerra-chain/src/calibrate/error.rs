@@ -1,4 +1,4 @@
-//! Why a log cannot be calibrated.
+//! Reasons why a log cannot be calibrated.
 
 use crate::align::clock::ClockError;
 use crate::clean::CleanError;
@@ -127,7 +127,7 @@ pub enum CalibrateError {
     },
 }
 
-/// One of several settings that explain the echoes.
+/// A setting, one of several that explain the echoes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
     /// Fast time at which range is zero (ns).

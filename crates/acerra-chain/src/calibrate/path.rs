@@ -11,7 +11,7 @@ use acerra_geo::trajectory::Trajectory;
 use crate::align::interpolator;
 use crate::position::Positions;
 
-/// Where the positioned point and the body's axes are at one time.
+/// Position of the positioned point and attitude of the body at one time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
     /// The positioned point, east, north, up (m).
@@ -32,7 +32,7 @@ impl Pose {
         moved(self.position_m, &self.axis, lever_arm_m)
     }
 
-    /// Its velocity (m/s).
+    /// Velocity of the positioned point (m/s).
     pub fn phase_centre_velocity_m_s(&self, lever_arm_m: [f64; 3]) -> [f64; 3] {
         moved(self.velocity_m_s, &self.axis_rate, lever_arm_m)
     }

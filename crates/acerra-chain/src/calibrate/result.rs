@@ -8,7 +8,7 @@ use super::parameter::{Parameter, Values};
 use super::rounds::{Round, Survey};
 use crate::journal::warnings::Warnings;
 
-/// What a calibration found.
+/// Result of a calibration.
 #[derive(Clone, Debug)]
 pub struct Calibrated {
     /// The values of all unknowns, those held included.
@@ -25,16 +25,16 @@ pub struct Calibrated {
     pub singular: Vec<SingularDirection>,
     /// Dependence of the estimates on held unknowns.
     pub sensitivity: Vec<Sensitivity>,
-    /// How each reflector fits.
+    /// Fit of each reflector.
     pub reflectors: Vec<ReflectorFit>,
     /// Residuals of all echoes.
     pub residuals: Vec<EchoResidual>,
 }
 
-/// One unknown.
+/// Estimate of an unknown.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
-    /// Which.
+    /// The unknown.
     pub parameter: Parameter,
     /// The campaign's value (SI units).
     pub campaign: f64,
@@ -48,7 +48,7 @@ pub struct Estimate {
     pub wanted: Option<(f64, f64)>,
 }
 
-/// How an estimate changes with the value of an unknown that is held.
+/// Change of an estimate by the value of an unknown that is held.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensitivity {
     /// The estimate.
@@ -59,7 +59,7 @@ pub struct Sensitivity {
     pub slope: f64,
 }
 
-/// How a reflector fits.
+/// Fit of a reflector.
 #[derive(Clone, Copy, Debug)]
 pub struct ReflectorFit {
     /// Place (m).

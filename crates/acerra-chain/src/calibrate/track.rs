@@ -29,7 +29,7 @@ pub(super) struct Setting<'a> {
     pub light_speed_m_s: f64,
     /// Band of the pulse (Hz).
     pub band_hz: [f64; 2],
-    /// What was flown over.
+    /// Scene below the flight.
     pub scene: &'a Scene,
 }
 
@@ -38,11 +38,11 @@ pub(super) struct Setting<'a> {
 pub(super) struct TrackEchoes {
     /// Name.
     pub name: String,
-    /// Where the positioned point was.
+    /// Path of the positioned point.
     pub path: Path,
     /// Envelopes of the traces that count.
     pub profiles: Profiles,
-    /// The same traces before background removal.
+    /// Traces before background removal.
     pub raw: Radargram,
     /// Delay of this track relative to the first track's, as stated (s).
     pub known_delay_s: f64,
@@ -198,7 +198,7 @@ impl TrackEchoes {
 }
 
 impl TrackEchoes {
-    /// Where the model puts the echoes of each trace that has a place.
+    /// Delays of the echoes by the model, for each trace that has a place.
     fn expected(&self, setting: &Setting<'_>, number: usize, values: &Values) -> Vec<Expected> {
         let sampler = self.path.sampler();
         let c = setting.light_speed_m_s;

@@ -18,7 +18,7 @@ use acerra_imaging::ImagingError;
 pub struct Echoes<'a> {
     /// Clean spectra, track after track.
     pub spectrum: &'a Spectrum,
-    /// Where they were measured.
+    /// Positions at which the echoes were measured.
     pub aligned: &'a Aligned,
     /// Propagation speed (m/s).
     pub light_speed_m_s: f64,

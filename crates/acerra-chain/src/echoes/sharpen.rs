@@ -31,7 +31,7 @@ pub struct Sharpest {
     pub patches: usize,
 }
 
-/// The same rectangle with at most this many pixels, to be imaged many times.
+/// The rectangle of a scene with at most this many pixels, to be imaged many times.
 ///
 /// # Errors
 /// A rectangle that makes no grid.

@@ -51,7 +51,7 @@ const DOUBTFUL_CORRECTION: f64 = 2.0;
 /// Outcome of an autofocus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum AutofocusSeen {
-    /// Its correction is applied.
+    /// The autofocus' correction is applied.
     Applied,
     /// Points that took no part in the correction did not gain significantly.
     NotSignificant,

@@ -284,7 +284,7 @@ impl Target {
         slopes(measured, self.point_m, axis)
     }
 
-    /// Its place, moved as the traces that see it have on average.
+    /// Place of the point, moved by the mean over the traces that see it.
     fn moved_with(&self, from: &[[f64; 3]], to: &[[f64; 3]]) -> [f64; 3] {
         let shift_m = |axis: usize| {
             let ways = from.iter().zip(to).map(|(a, b)| b[axis] - a[axis]);

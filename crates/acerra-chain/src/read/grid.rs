@@ -17,11 +17,11 @@ use crate::journal::warnings::Warnings;
 pub struct GridSource {
     /// Files; `*` and `?` in a file's name match any characters.
     pub patterns: Vec<PathBuf>,
-    /// Where their lines lie.
+    /// Position of the lines.
     pub layout: GridLayout,
 }
 
-/// Where the lines of a grid lie.
+/// Position of the lines of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GridLayout {
     /// The files place their traces.

@@ -225,7 +225,7 @@ pub enum ReadError {
         path.display()
     )]
     NoClock {
-        /// Where it would lie.
+        /// Path at which the clock is expected.
         path: PathBuf,
     },
     /// A channel is named for a file without channels.

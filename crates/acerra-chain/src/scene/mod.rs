@@ -64,7 +64,7 @@ pub enum SceneHeights {
         /// Height of the ground, from which 2h/c counts (m).
         ground_z_m: f64,
     },
-    /// Those of the terrain.
+    /// Heights of a terrain raster.
     Terrain(TerrainSource),
 }
 
@@ -100,9 +100,9 @@ pub enum SceneError {
         extent_m: [f64; 2],
         /// Side of a pixel (m).
         pixel_m: f64,
-        /// What the pixels need.
+        /// Memory that the pixels need.
         bytes: u128,
-        /// What an image may have.
+        /// Memory that an image may have.
         limit_bytes: u128,
     },
     /// A single pixel.
@@ -114,7 +114,7 @@ pub enum SceneError {
     OnePixel {
         /// First and last pixel centre along east (m).
         x_m: [f64; 2],
-        /// The same along north.
+        /// First and last pixel centre along north (m).
         y_m: [f64; 2],
         /// Side of a pixel (m).
         pixel_m: f64,
@@ -187,7 +187,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Why the rectangle in pixels of `pixel_m` makes no grid.
+    /// Reason why the rectangle in pixels of `pixel_m` makes no grid.
     fn of_grid(error: ImagingError, x_m: [f64; 2], y_m: [f64; 2], pixel_m: f64) -> Self {
         match error {
             ImagingError::TooLarge {
@@ -206,7 +206,7 @@ impl SceneError {
 /// Height of the ground under a flight.
 #[derive(Clone, Debug)]
 pub struct Ground {
-    /// Where no terrain gives it (m).
+    /// Height where no terrain gives one (m).
     level_m: f64,
     /// The terrain under the image.
     near: Option<Arc<SurfaceGrid>>,
@@ -286,7 +286,7 @@ pub struct OpenChoices {
 const OPEN_SWATH_HEIGHTS: f64 = 1.0;
 
 impl Scene {
-    /// The same over level ground at another height.
+    /// This scene over level ground at the height `z_m`.
     #[must_use]
     pub fn on_ground(&self, z_m: f64) -> Self {
         let mut scene = self.clone();
@@ -295,7 +295,7 @@ impl Scene {
         scene
     }
 
-    /// The same pixels over the level ground at `z_m`.
+    /// These pixels over level ground at `z_m`.
     #[must_use]
     pub fn on_level(self, z_m: f64) -> Self {
         Self {
@@ -304,7 +304,7 @@ impl Scene {
         }
     }
 
-    /// The same pixels over uneven ground.
+    /// These pixels over uneven ground.
     #[must_use]
     pub fn over(self, surface: SurfaceGrid) -> Self {
         Self {

@@ -58,7 +58,7 @@ pub(crate) struct Bench<'a> {
 /// An echo that exceeds the clutter at its depth.
 pub(crate) struct Distinct {
     seen: Seen,
-    /// Where the sum of its traces is greatest (m).
+    /// Place at which the sum of the echo's traces is greatest (m).
     place_m: [f64; 3],
     /// Delay below the surface, as one-way optical length (m).
     delay_m: f64,
@@ -362,7 +362,7 @@ impl Bench<'_> {
     }
 }
 
-/// Where the powers of a hyperbola's sum are greatest.
+/// Place at which the power of a hyperbola's sum is greatest.
 struct Strongest {
     factor: f64,
     /// By a parabola through the powers, where they fall slowly enough for one.
@@ -394,7 +394,7 @@ fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
     (bend < 0.0).then(|| at * (1.0 - 0.5 * slope / bend))
 }
 
-/// Where an echo has its greatest power.
+/// Place at which an echo has its greatest power.
 #[derive(Clone, Copy)]
 struct Best {
     place_m: [f64; 3],

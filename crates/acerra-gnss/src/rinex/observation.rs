@@ -35,7 +35,7 @@ pub struct RinexObservations<S> {
 /// Outcome of reading a satellite's lines.
 enum Taken {
     Whole,
-    /// Another epoch begins where a satellite was due.
+    /// An epoch begins where another satellite of the epoch before was expected.
     Interrupted,
     /// The file ended.
     Ended,

@@ -33,7 +33,7 @@ impl SurfaceGrid {
     /// height is not used.
     ///
     /// # Errors
-    /// Another number of heights than pixels, or one that is not finite.
+    /// The number of heights differs from that of pixels, or a height is not finite.
     pub fn new(base: PlaneGrid, z_m: &[f64]) -> Result<Self, ImagingError> {
         check_length("z_m", base.len(), z_m.len())?;
         check_finite("z_m", z_m.iter().copied())?;

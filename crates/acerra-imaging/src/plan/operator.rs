@@ -137,7 +137,7 @@ pub(super) const AT_ONCE: f64 = 1.0;
 /// error included, or rejected where the error found is too large by a factor `too_far`.
 ///
 /// # Errors
-/// Those of `check`.
+/// The errors of `check`.
 pub(super) fn decided<O: Operator>(
     request: &Request,
     too_far: f64,

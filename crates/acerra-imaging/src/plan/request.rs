@@ -165,7 +165,7 @@ impl<'a> Request<'a> {
         ranges_m
     }
 
-    /// How echoes travel to the pixels of the grid and of all slices.
+    /// Propagation model of the echoes of the grid and of all slices.
     pub fn propagation(&self) -> Propagation {
         let pulses = &self.echoes.pulses;
         if pulses.is_plain() {

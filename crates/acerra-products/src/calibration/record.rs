@@ -20,13 +20,13 @@ pub struct CalibrationRecord {
     pub not_observable: Vec<DirectionRecord>,
     /// Dependence of the estimates on held unknowns.
     pub sensitivity: Vec<SensitivityRecord>,
-    /// How the reflectors fit.
+    /// Fit of the reflectors.
     pub reflectors: Vec<ReflectorRecord>,
-    /// What is doubtful.
+    /// Doubts about the calibration.
     pub warnings: Vec<String>,
 }
 
-/// One unknown.
+/// Estimate of an unknown.
 #[derive(Clone, Debug, Serialize)]
 pub struct EstimateRecord {
     /// Name.
@@ -52,7 +52,7 @@ pub struct DirectionRecord {
     pub sigma: f64,
 }
 
-/// One unknown's part of a direction.
+/// Component of a direction along one unknown.
 #[derive(Clone, Debug, Serialize)]
 pub struct ComponentRecord {
     /// The unknown.
@@ -63,7 +63,7 @@ pub struct ComponentRecord {
     pub unit: &'static str,
 }
 
-/// How an estimate follows an unknown that is held.
+/// Change of an estimate by the value of an unknown that is held.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensitivityRecord {
     /// The estimate.
@@ -76,7 +76,7 @@ pub struct SensitivityRecord {
     pub unit: String,
 }
 
-/// How a reflector fits.
+/// Fit of a reflector.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReflectorRecord {
     /// Place.

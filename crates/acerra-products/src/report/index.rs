@@ -9,7 +9,7 @@ use maud::{Markup, html};
 pub struct IndexEntry {
     /// Title.
     pub title: String,
-    /// Where its report lies, relative to the index page.
+    /// Path of the campaign's report, relative to the index page.
     pub report: String,
     /// Image as PNG; none where empty.
     pub png: Vec<u8>,

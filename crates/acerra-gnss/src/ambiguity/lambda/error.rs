@@ -1,4 +1,4 @@
-//! Why there is no integer solution.
+//! Reasons for the absence of an integer solution.
 
 /// Reason why there is no integer solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

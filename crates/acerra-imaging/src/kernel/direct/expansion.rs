@@ -173,7 +173,7 @@ impl<S: Lanes> Groups<S> {
 struct Expansion<S: Lanes> {
     /// Range at the middle from the nearer antenna, m.
     range_m: S::V,
-    /// The same range in bins past the whole bins of the block's centre.
+    /// Range at the middle, in bins past the whole bins of the block's centre.
     t: S::V,
     /// Coefficients of the powers of the pixel, bins.
     first: S::V,
