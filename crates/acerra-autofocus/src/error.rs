@@ -10,7 +10,7 @@ pub enum AutofocusError {
     /// An array whose length differs from the number of pulses.
     #[error("{what}: expected {expected} values, one a pulse, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Number of pulses.
         expected: usize,
@@ -20,7 +20,7 @@ pub enum AutofocusError {
     /// A value outside its valid range.
     #[error("{what}: value {index} is {found}, expected {expected}")]
     OutOfRange {
-        /// Which quantity.
+        /// Name of the quantity.
         what: &'static str,
         /// Index of the first such value.
         index: usize,

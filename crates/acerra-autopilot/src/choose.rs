@@ -1,4 +1,4 @@
-//! Which of a log's sources make the trajectory.
+//! Choice of the log's sources that make the trajectory.
 
 use std::borrow::Cow;
 

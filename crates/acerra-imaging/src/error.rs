@@ -9,7 +9,7 @@ pub enum ImagingError {
     /// An array whose length does not match the other arrays.
     #[error("{what}: expected {expected} values, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Length required by the other arrays.
         expected: usize,
@@ -19,13 +19,13 @@ pub enum ImagingError {
     /// An empty array.
     #[error("{what} is empty")]
     Empty {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
     },
     /// A value is NaN or infinite.
     #[error("{what}: value {index} is not finite")]
     NotFinite {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Index of the first such value.
         index: usize,
@@ -33,7 +33,7 @@ pub enum ImagingError {
     /// A value outside its valid range.
     #[error("{what} is {found}, expected {expected}")]
     OutOfRange {
-        /// Which quantity.
+        /// Name of the quantity.
         what: &'static str,
         /// The valid range, in words.
         expected: &'static str,

@@ -80,7 +80,7 @@ fn refuse_contradictions(campaign: &Campaign, evidence: &Evidence) -> Result<(),
 /// A campaign with resolved paths, and its name in titles.
 #[derive(Clone, Debug)]
 pub struct NamedCampaign {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// The campaign.
     pub campaign: Campaign,

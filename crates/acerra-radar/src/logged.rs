@@ -51,7 +51,7 @@ pub struct LoggedClock {
     pub pulses: usize,
 }
 
-/// Why a clock is unusable.
+/// Reason why a clock is unusable.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LoggedClockError {
@@ -68,7 +68,7 @@ pub enum LoggedClockError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Fault.
         cause: String,
     },
     /// The clock is of another log, or of another part of the log.

@@ -83,7 +83,7 @@ pub struct LogRadargram {
     pub host_time_s: Option<Vec<f64>>,
 }
 
-/// Why no radargram could be made.
+/// Reason why no radargram could be made.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {

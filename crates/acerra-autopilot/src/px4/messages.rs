@@ -15,7 +15,7 @@ use crate::sample::{
 /// A message with the places of its fields.
 #[derive(Debug, Clone, Copy)]
 pub struct Message<'a> {
-    /// Where its fields are.
+    /// Offsets of the fields.
     pub fields: &'a Fields,
     /// Bytes.
     pub bytes: &'a [u8],

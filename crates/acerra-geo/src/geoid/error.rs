@@ -1,4 +1,4 @@
-//! Why a geoid grid cannot be read.
+//! Reasons why a geoid grid cannot be read.
 
 use std::io;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Why a trajectory file cannot be read.
+//! Reasons why a trajectory file cannot be read.
 
 use super::TrajectoryFormat;
 use crate::trajectory::TrajectoryError;
@@ -131,9 +131,9 @@ pub enum ReadError {
         if names.is_empty() { "is none".to_owned() } else { format!("are: {}", names.join(", ")) }
     )]
     NoSuchBody {
-        /// What was asked for.
+        /// Request.
         wanted: String,
-        /// What there is.
+        /// Content found.
         names: Vec<String>,
     },
     /// Larger than the limit set.

@@ -72,9 +72,9 @@ pub enum ReadWarning {
     },
     /// Fewer rows than the header promises.
     RowsMissing {
-        /// What the header says.
+        /// Statement of the header.
         promised: u64,
-        /// What is there.
+        /// Content found.
         found: u64,
     },
     /// Rotations are not quaternions and were not read.

@@ -1,4 +1,4 @@
-//! Why terrain cannot be read, or has no height somewhere.
+//! Reasons why terrain cannot be read, or has no height somewhere.
 
 /// Reason why a terrain file was refused, or a height was not found.
 #[derive(Debug, thiserror::Error)]
@@ -13,7 +13,7 @@ pub enum TerrainError {
     /// The TIFF structure is damaged, or uses an unsupported feature.
     #[error("{at}: {source}")]
     Tiff {
-        /// Which part of the file.
+        /// Part of the file.
         at: String,
         /// Defect found.
         source: tiff::TiffError,
@@ -21,7 +21,7 @@ pub enum TerrainError {
     /// A tag or GeoKey is invalid.
     #[error("{at}: expected {expected}, found {found}")]
     Tag {
-        /// Which tag or key.
+        /// Name of the tag or key.
         at: &'static str,
         /// Value expected.
         expected: &'static str,
@@ -65,7 +65,7 @@ pub enum TerrainError {
     /// The coordinate reference system is missing, or not supported.
     #[error("coordinates: expected {expected}, found {found}")]
     Crs {
-        /// What can be used.
+        /// Values that can be used.
         expected: &'static str,
         /// The statement of the file or the caller.
         found: String,
@@ -86,7 +86,7 @@ pub enum TerrainError {
     Frame {
         /// The terrain's coordinates.
         terrain: String,
-        /// Where the frame is.
+        /// Place of the frame.
         frame: &'static str,
         /// What to do.
         remedy: &'static str,

@@ -26,7 +26,7 @@ pub use local::LocalTerrain;
 use raster::{Header, Window};
 pub use summary::HeightSummary;
 
-/// How terrain is read.
+/// Options of reading terrain.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct TerrainOptions {

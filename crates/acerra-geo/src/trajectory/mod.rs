@@ -70,13 +70,13 @@ pub enum TrajectoryError {
     /// A time or coordinate is NaN or infinite.
     #[error("fix {index}: time or position is not a finite number")]
     NotFinite {
-        /// Which fix, from 0.
+        /// Number of the fix, from 0.
         index: usize,
     },
     /// Time does not advance.
     #[error("fix {index}: time {time_s} s does not come after the one before it, {previous_s} s")]
     TimeNotIncreasing {
-        /// Which fix, from 0.
+        /// Number of the fix, from 0.
         index: usize,
         /// Time (s).
         time_s: f64,

@@ -11,7 +11,7 @@ pub enum AlignError {
     /// A curve without values, or of unequal lengths.
     #[error("{what}: {times} times for {values} values, at least 3 of each are needed")]
     Length {
-        /// Which curve.
+        /// Name of the curve.
         what: &'static str,
         /// Times given.
         times: usize,
@@ -21,7 +21,7 @@ pub enum AlignError {
     /// Times that do not rise.
     #[error("{what}: time {index} is not after the one before")]
     Order {
-        /// Which curve.
+        /// Name of the curve.
         what: &'static str,
         /// Index of the first time that does not rise.
         index: usize,
@@ -29,7 +29,7 @@ pub enum AlignError {
     /// A curve that is constant: nothing moves.
     #[error("{what} does not change: there is no motion to align by")]
     Constant {
-        /// Which curve.
+        /// Name of the curve.
         what: &'static str,
     },
     /// The curves overlap too little at every offset.

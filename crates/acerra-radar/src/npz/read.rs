@@ -35,7 +35,7 @@ pub enum NpzError {
     Missing {
         /// The array's name.
         array: &'static str,
-        /// Why it is needed.
+        /// Reason why it is needed.
         because: &'static str,
         /// Names of the arrays in the archive.
         present: String,

@@ -53,7 +53,7 @@ pub enum McapError {
     /// A record whose content does not match its kind.
     #[error("offset {offset}: expected {expected}")]
     Content {
-        /// Where its record begins.
+        /// Offset at which the record begins.
         offset: u64,
         /// Value expected.
         expected: &'static str,

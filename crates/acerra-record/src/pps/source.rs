@@ -37,7 +37,7 @@ pub enum PpsError {
     /// Neither a device of the kernel's nor a file.
     #[error("PPS at {}: expected /dev/ppsN, /sys/class/pps/ppsN/assert or a file of its content", path.display())]
     NoFile {
-        /// What was named.
+        /// Name given.
         path: PathBuf,
     },
     /// The file holds something else.

@@ -1,4 +1,4 @@
-//! Why a session cannot be finished.
+//! Reasons why a session cannot be finished.
 
 use std::io;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub enum FinishError {
     Log {
         /// The file.
         path: PathBuf,
-        /// Why it cannot be read.
+        /// Reason why it cannot be read.
         cause: LogReadError,
     },
     /// The log holds no session, or an invalid one.

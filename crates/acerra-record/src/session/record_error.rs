@@ -1,4 +1,4 @@
-//! Why a recording cannot begin, or ends.
+//! Reasons why a recording cannot begin, or ends.
 
 use std::path::PathBuf;
 

@@ -56,7 +56,7 @@ pub enum GivenFlightError {
     OnTrack {
         /// How long the file is.
         duration_s: f64,
-        /// What was asked.
+        /// Request.
         found: [f64; 2],
     },
 }

@@ -48,7 +48,7 @@ pub enum EngineStatus {
 }
 
 impl Engine {
-    /// Where the data are.
+    /// Location of the data.
     #[must_use]
     pub fn status(&self) -> EngineStatus {
         match &*self.state() {

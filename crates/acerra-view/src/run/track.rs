@@ -26,7 +26,7 @@ pub struct TrackTable {
     pub gpst: Vec<String>,
 }
 
-/// How a place is seen from a trace.
+/// Geometry of a place as seen from a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Seen {
     /// Number of the trace in its log.

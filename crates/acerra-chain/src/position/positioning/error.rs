@@ -1,4 +1,4 @@
-//! Why positions cannot be computed from GNSS logs.
+//! Reasons why positions cannot be computed from GNSS logs.
 
 use std::io;
 use std::path::PathBuf;
@@ -53,7 +53,7 @@ pub enum PositioningError {
     Date {
         /// The file.
         path: PathBuf,
-        /// What is missing.
+        /// Missing part.
         cause: ReadError,
     },
     /// An antenna given by name that has no calibration.
