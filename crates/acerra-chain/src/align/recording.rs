@@ -8,7 +8,7 @@ use crate::clean::CleanOptions;
 use crate::position::{LogSources, Positions};
 use crate::read::{RadarContent, RadarData};
 
-/// One flight, in memory.
+/// A flight in memory.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Name in reports and messages.

@@ -1,4 +1,4 @@
-//! From the sum of Eq. (3) to reflectivities: every pixel divided by the sum that a point of unit reflectivity gives.
+//! Reflectivities from the sum of Eq. (3): every pixel divided by the sum that a point of unit reflectivity gives.
 //!
 //! An echo from range R falls as 1/R², and Eq. (3) weighs it by 1/R² again, so that the sum of a point grows as
 //! Σ w/R⁴: of two equal reflectors at 2 m and 8 m the nearer is 48 dB brighter. The quotient is the least-squares

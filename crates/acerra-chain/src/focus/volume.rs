@@ -14,11 +14,11 @@ use crate::scene::pixels::Pixels;
 /// A volume seen from three sides: the greatest amplitude along the other axis.
 #[derive(Clone, Debug)]
 pub struct Projections {
-    /// From above, `[ny, nx]`: moduli without phase.
+    /// Maximum as seen from above, `[ny, nx]`: moduli without phase.
     pub above: Vec<Complex32>,
-    /// From the south, `[nz, nx]`.
+    /// Maximum as seen from the south, `[nz, nx]`.
     pub front: Vec<f32>,
-    /// From the west, `[nz, ny]`.
+    /// Maximum as seen from the west, `[nz, ny]`.
     pub side: Vec<f32>,
     /// The slices.
     pub volume: VolumeGrid,

@@ -66,9 +66,9 @@ impl FilterDirection {
 pub enum AmbiguityMode {
     /// No resolution: float solution.
     Off,
-    /// From the filter's float ambiguities, every epoch.
+    /// Integers from the filter's float ambiguities, every epoch.
     Continuous,
-    /// From each epoch alone.
+    /// Integers from each epoch alone.
     Instantaneous,
     /// As continuous, and after enough consecutive fixes the integers are fed back to the filter.
     FixAndHold,

@@ -1,4 +1,4 @@
-//! From the numbers of a navigation record to an ephemeris.
+//! Ephemeris from the numbers of a navigation record.
 
 use acerra_geo::time::{BDT_BEHIND_GPST_S, Calendar, GpsTime, SECONDS_PER_WEEK};
 

@@ -70,7 +70,7 @@ pub(crate) struct Direct {
     /// separate.
     antennas_m: Vec<[Vec<f64>; 3]>,
     table: Arc<RangeTable>,
-    /// Where each pulse's entry 0 is, in bins from range zero.
+    /// Range of each pulse's entry 0, in bins.
     first_bin: Vec<f64>,
     cosine: [f32; 4],
     sine: [f32; 4],

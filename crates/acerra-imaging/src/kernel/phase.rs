@@ -10,7 +10,7 @@ const SERIES_CYCLES: f64 = 2e-6;
 /// A row of pixels as seen from a sub-aperture's centre.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseRow {
-    /// From the centre to pixel 0 of the row, m.
+    /// Vector from the centre to pixel 0 of the row, m.
     pub from_centre_m: [f64; 3],
     /// Unit vector along the row and distance of the pixels, m.
     pub unit: [f64; 3],
@@ -124,7 +124,7 @@ pub(crate) struct RowCarrier<'a, S: Lanes> {
     lanes: S::V,
     cycles: S::V,
     interval_m: f64,
-    /// From an interval's first pixel to its middle, m.
+    /// Distance from the first pixel of an interval to the middle, m.
     half_m: f64,
     /// Whether the range within an interval may be a cubic, or over uneven ground a series.
     cubic: bool,

@@ -24,7 +24,7 @@ pub(crate) enum Band<'a> {
     },
     /// Any frequencies.
     Uneven {
-        /// One by one, Hz.
+        /// Each frequency, Hz.
         frequency_hz: &'a [f64],
         /// 2/c.
         slowness_s_m: f64,

@@ -1,4 +1,4 @@
-//! One cut through a peak: its main lobe and sidelobes.
+//! Main lobe and sidelobes in a cut through a peak.
 
 /// Range of the search for sidelobes and of the sum of their energy, Rayleigh distances.
 pub const SIDELOBE_REACH: f64 = 10.0;

@@ -1,4 +1,4 @@
-//! From an image to the list of its targets.
+//! List of the targets of an image.
 
 use super::candidates::{Candidate, local_maxima};
 use super::crest::climb_crest;

@@ -297,7 +297,7 @@ impl Search<'_> {
         a + self.n * b
     }
 
-    /// From the antenna to a crossing point, and from there to the point.
+    /// Vectors from the antenna to a crossing point, and from the crossing to the point.
     #[inline]
     fn legs(&self, [x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let ([a, b, c], [p, q, r]) = (self.antenna_m, self.point_m);

@@ -47,9 +47,9 @@ pub struct ParameterRecord {
 pub enum Chosen {
     /// Given by the campaign, or the default.
     Given,
-    /// From the measured noise.
+    /// Choice by the measured noise.
     Noise,
-    /// From the L-curve.
+    /// Choice by the L-curve.
     LCurve,
     /// The least sensible value, where noise is lower or not known.
     Floor,

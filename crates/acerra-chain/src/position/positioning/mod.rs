@@ -1,4 +1,4 @@
-//! From GNSS files to a rover's positions: reading, positioning, and remarks.
+//! Positions of a rover from GNSS files: reading, positioning, and remarks.
 //!
 //! [`run`] serves `acerra ppk` and a campaign's `[gnss]` section.
 

@@ -7,7 +7,7 @@ pub enum LambdaError {
     /// The covariance is not positive definite (or not finite).
     #[error("covariance of the float ambiguities is not positive definite at index {index}")]
     NotPositiveDefinite {
-        /// Where the factorisation failed.
+        /// Column at which the factorisation failed.
         index: usize,
     },
     /// The covariance does not have n² elements.

@@ -47,7 +47,7 @@ pub(crate) fn grouped_pixels(grid: &TiltedGrid, shape: [usize; 2]) -> u128 {
     strip_length(grid.columns, shape) as u128 * grid.rows.div_ceil(shape[1]) as u128
 }
 
-/// Where a strip holds pixel (`column`, `row`).
+/// Index in a strip of pixel (`column`, `row`).
 fn place(column: usize, row: usize, shape: [usize; 2]) -> usize {
     let group = column / shape[0];
     let block = group / MAX_LANES * shape[1] * shape[0];
