@@ -12,18 +12,19 @@ use crate::significance::{Gains, LEAST_TO_FOLD};
 
 /// Gain below which a correction is not applied (dB).
 const LEAST_GAIN_DB: f64 = 0.02;
-/// Loss of a point by a correction from which it counts as worse (dB): below it the clutter about the point decides.
+/// Loss of a point by a correction from which the point counts as worse (dB): smaller losses are due to
+/// clutter about the point.
 const WORSE_DB: f64 = 0.1;
 /// Criteria of a correction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
-    /// Least mean gain of points left out, in standard errors above zero.
+    /// Least mean gain of the held-out points, in standard errors above zero.
     pub significance: f64,
     /// Greatest rms correction in prior deviations.
     pub most_sigmas: f64,
 }
 
-/// Positions as stated.
+/// The outcome that leaves the stated positions unchanged.
 pub(crate) fn unchanged(
     pulses: &Pulses,
     prior: &PositionPrior,
@@ -48,7 +49,7 @@ pub(crate) fn unchanged(
     }
 }
 
-/// The decision by a maximum and the gains of points left out.
+/// The decision from a maximum of the posterior and the gains of held-out points.
 pub(crate) fn outcome(
     pulses: &Pulses,
     problem: &Problem,
@@ -76,7 +77,8 @@ pub(crate) fn outcome(
     let decision = if sigmas.max(farthest) > limits.most_sigmas {
         Decision::AgainstPrior
     } else if model.places.len() < LEAST_TO_FOLD {
-        // The point cannot be left out, and no other test shows whether the correction is the track's.
+        // A single point cannot be held out, and no other test distinguishes the track's error from the
+        // point's motion.
         Decision::LonePoint
     } else if !significant {
         Decision::NotSignificant
@@ -145,8 +147,8 @@ fn found_of(globals: &[Global], of: impl Fn(usize, &Global) -> (f64, f64)) -> Ve
     globals.iter().enumerate().map(found).collect()
 }
 
-/// Loss of the points' peaks by errors of this covariance, Eq. (5): e^{−φ²}, φ = κσ along the line of
-/// sight; mean over points and pulses, dB.
+/// Loss of the points' peaks by position errors of covariance `prior`, Eq. (5): e^{−φ²}, φ = κσ along the
+/// line of sight; mean over points and pulses, dB.
 fn predicted_loss_db(problem: &Problem, points: &[Vector3<f64>], prior: &[Matrix3<f64>]) -> f64 {
     let mut sum = 0.0;
     for (p, c) in problem.nominal_m.iter().zip(prior) {

@@ -19,20 +19,21 @@ pub(crate) struct Echo {
     pub delay_m: f64,
     /// Variance of the amplitude for noise of unit variance per frequency.
     pub amplitude_variance: f64,
-    /// Variance of `delay_m` (m²) for the same noise; infinite where the echo does not determine the delay.
+    /// Variance of `delay_m` (m²) for noise of unit variance per frequency; infinite where the echo does not
+    /// determine the delay.
     pub delay_variance_m2: f64,
 }
 
 /// All points' echoes in one pulse.
 #[derive(Clone, Debug)]
 pub(crate) struct Separated {
-    /// One a point.
+    /// One echo a point.
     pub echoes: Vec<Echo>,
-    /// Energy of the spectrum that they explain.
+    /// Energy of the spectrum explained by the echoes.
     pub captured: f64,
 }
 
-/// Separates the echoes of points at these ranges in one pulse.
+/// Separates the echoes of points at the ranges `range_m` in one pulse.
 pub(crate) fn separate(
     profiles: &Profiles,
     template: &Template,
@@ -72,7 +73,7 @@ pub(crate) fn separate(
         return nothing();
     };
     let captured = value.dotc(&amplitude).re;
-    // ∂E/∂R of a point is −jκ' S e^{−jκ'R} times its amplitude; the part that the amplitudes absorb is
+    // ∂E/∂R of a point is −jκ' S e^{−jκ'R} times its amplitude; the part explained by the amplitudes is
     // projected out.
     let rest = (&moment - &first * &amplitude) * Complex64::I;
     let taken = &root * &first;
@@ -113,7 +114,7 @@ fn delays(mut information: DMatrix<f64>, right: &DVector<f64>) -> (Vec<f64>, Vec
     }
 }
 
-/// The inverse R of a lower factor L of a matrix N, N⁻¹ = RᴴR; none where L is singular.
+/// The inverse R of a lower factor L of a matrix N, N⁻¹ = RᴴR; `None` where L is singular.
 fn inverse_root<T: ComplexField>(lower: &DMatrix<T>) -> Option<DMatrix<T>> {
     let count = lower.nrows();
     lower.solve_lower_triangular(&DMatrix::identity(count, count))

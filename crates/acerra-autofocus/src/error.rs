@@ -3,24 +3,24 @@
 use acerra_imaging::ImagingError;
 use thiserror::Error;
 
-/// Why an autofocus cannot be run on data.
+/// Reason for which an autofocus cannot be run.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AutofocusError {
-    /// An array has another length than there are pulses.
+    /// An array whose length differs from the number of pulses.
     #[error("{what}: expected {expected} values, one a pulse, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Number of pulses.
         expected: usize,
         /// Length found.
         found: usize,
     },
-    /// A value that has no meaning.
+    /// A value outside its valid range.
     #[error("{what}: value {index} is {found}, expected {expected}")]
     OutOfRange {
-        /// Which quantity.
+        /// Name of the quantity.
         what: &'static str,
         /// Index of the first such value.
         index: usize,
@@ -29,24 +29,24 @@ pub enum AutofocusError {
         /// Value found.
         found: f64,
     },
-    /// Pulses that are none of the flight's.
+    /// A range of pulses outside the flight.
     #[error("pulses {start}..{end}: expected a part of the flight's {pulses} pulses")]
     Pulses {
         /// First pulse.
         start: usize,
-        /// First pulse after them.
+        /// First pulse after the range.
         end: usize,
         /// Number of pulses of the flight.
         pulses: usize,
     },
-    /// Parts of the flight that leave pulses out, or have some twice.
+    /// Parts of the flight that omit pulses or overlap.
     #[error("coherent parts: expected part {part} to begin at pulse {expected}, found {found}")]
     Parts {
-        /// Which part; their number where the last ends too early.
+        /// Index of the part; the number of parts where the last one ends too early.
         part: usize,
-        /// Where it has to begin, or the last to end.
+        /// Pulse at which the part has to begin, or the last part to end.
         expected: usize,
-        /// Where it does.
+        /// Pulse at which it begins or ends.
         found: usize,
     },
     /// Frequencies that are not evenly spaced.

@@ -23,9 +23,9 @@ use crate::template::{Template, mean_amplitudes};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct AutofocusOptions {
-    /// Most points that are used; 24 by default.
+    /// Largest number of points used; 24 by default.
     pub most_points: usize,
-    /// Least mean gain of points left out, in standard errors; 2 by default.
+    /// Least mean gain of held-out points, in standard errors; 2 by default.
     pub significance: f64,
     /// Rms correction, in prior deviations, beyond which the echoes are not attributed to fixed points; 4 by
     /// default.
@@ -122,7 +122,7 @@ pub fn autofocus<'a>(
     Ok(outcome(&pulses, &problem, fitted, &gains, limits))
 }
 
-/// Ranges that profiles must hold.
+/// Least and greatest range (m) that range profiles must cover.
 fn ranges_m(pulses: &Pulses, ground: &Ground, prior: &PositionPrior) -> [f64; 2] {
     let grid = ground.grid();
     let corners: Vec<Vector3<f64>> = (0..=16)

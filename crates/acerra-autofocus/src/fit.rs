@@ -12,33 +12,34 @@ use crate::globals::Global;
 use crate::ground::{Ground, PixelPlace};
 use crate::histories::Histories;
 use crate::model::{Model, Posterior};
-use crate::observe::{Observing, Rows, Standpoint};
+use crate::observe::{LinearisationPoint, Observing, Rows};
 use crate::parts::Parts;
 use crate::profiles::Profiles;
 use crate::ranging::Ranging;
 use crate::smoother::{Path, Smoothed};
 use crate::template::Template;
 
-/// Solutions with new weights within one step.
+/// Number of reweighted solutions within one step.
 const WEIGHINGS: usize = 3;
-/// Most steps of one stage, and most where globals make the objective's valley long and bent.
+/// Largest number of steps of one stage.
 const STEPS: usize = 12;
+/// Largest number of steps where globals make the objective's valley long and bent.
 const STEPS_WITH_GLOBALS: usize = 25;
-/// Shares of a step that are tried.
+/// Shares of a step that are tried in turn.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
-/// Deviation of a change of place: the error of a point where it was found (m).
+/// Deviation of a change of a point's place from the place where the point was found (m).
 const NEAR_M: f64 = 0.5;
 /// Deviation of a change of place for a point that may lie anywhere in an image (m).
 const ANYWHERE_M: f64 = 30.0;
-/// Share of a step that is as good as linear.
+/// Share of a step within which the problem is linear to good accuracy.
 const LITTLE: f64 = 1e-6;
-/// Gain of the objective below which a stage is over.
+/// Gain of the objective below which a stage ends.
 const LEAST_GAIN: f64 = 0.5;
 
-/// Which of an echo's properties count.
+/// Observables of echoes that enter the objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
-    /// Delays alone, whatever the phases: no ambiguity of half a wavelength.
+    /// Delays alone, which have no ambiguity of half a wavelength.
     Envelope,
     /// Phases and delays.
     Phase,
@@ -57,14 +58,14 @@ pub(crate) struct Problem<'a> {
     pub control: Control<'a>,
 }
 
-/// A model's points in the data.
+/// Ranges and separated echoes of a model's points.
 pub(crate) struct Seen {
     /// Ranges of all points from all pulses, `[M][K]`, m.
     pub ranges_m: Vec<Vec<f64>>,
     pub histories: Histories,
 }
 
-/// A maximum with its surroundings.
+/// A maximum of the posterior with covariances about it.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     pub model: Model,
@@ -76,7 +77,7 @@ pub(crate) struct Fitted {
 }
 
 impl<'a> Problem<'a> {
-    /// The flight as stated, with these points.
+    /// The model of the stated flight with points at `places`.
     pub fn nominal(&self, places: Vec<PixelPlace>) -> Model {
         Model::nominal(self.nominal_m.len(), self.globals.len(), places)
     }
@@ -86,7 +87,7 @@ impl<'a> Problem<'a> {
         model.positions_m(self.nominal_m, self.globals)
     }
 
-    /// How a model's places make ranges.
+    /// The ranging of a model with its values of the globals.
     pub fn ranging(&self, model: &Model) -> Ranging {
         Ranging::new(self.globals, &model.globals, self.nominal_m.len())
     }
@@ -117,7 +118,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The objective without the constant Σ|E|², for noise of this variance.
+    /// The objective without the constant Σ|E|², for noise of variance `noise`.
     pub fn objective(&self, model: &Model, seen: &Seen, stage: Stage, noise: f64) -> f64 {
         let misfit = match stage {
             Stage::Envelope => -seen.histories.captured(),
@@ -160,9 +161,9 @@ impl<'a> Problem<'a> {
         Ok(self.surroundings(model, &seen, stage, guides))
     }
 
-    /// Deviations of changes of place in trial steps, m. The places have no prior, and globals are only as
-    /// free as the places are; small deviations keep points from diverging along directions that their echoes
-    /// do not constrain.
+    /// Deviations of changes of place in trial steps, m. The places have no prior, and free places are needed
+    /// for free globals; small deviations keep points from diverging along directions that their echoes do
+    /// not constrain.
     pub fn place_sigmas_m(&self) -> &'static [f64] {
         match self.globals {
             [] => &[NEAR_M],
@@ -170,8 +171,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// A better model with its points' echoes and its gain of the objective; none where no share of the step
-    /// improves it.
+    /// A better model with the echoes of its points and its gain of the objective; `None` where no share of
+    /// the step improves the objective.
     fn step(
         &self,
         model: &Model,
@@ -192,8 +193,8 @@ impl<'a> Problem<'a> {
     }
 
     /// The model after a share of a linear step, on the curve along which its points' ranges change as in the
-    /// linear step: a rising plane moves all points on it sideways, more for points more nearly below. Points
-    /// that are no guides keep the ranges of their own steps.
+    /// linear step: a rising plane moves all points on it sideways, more for points more nearly below. Other
+    /// points than guides keep the ranges of their separate steps.
     fn part_of_step(&self, model: &Model, target: &Model, guides: &[bool], share: f64) -> Model {
         let straight = model.towards(target, share);
         if self.globals.is_empty() {
@@ -215,7 +216,7 @@ impl<'a> Problem<'a> {
         straight.with_places(places)
     }
 
-    /// The maximum reached through several stages.
+    /// The maximum of the posterior after several stages.
     pub fn fit_through(
         &self,
         start: Model,
@@ -238,7 +239,7 @@ impl<'a> Problem<'a> {
         place_sigma_m: f64,
     ) -> Option<(Rows, Smoothed)> {
         let positions = self.seen_from_m(model);
-        let stand = Standpoint {
+        let reference = LinearisationPoint {
             model,
             histories: &seen.histories,
             parts: self.parts,
@@ -253,7 +254,7 @@ impl<'a> Problem<'a> {
             globals: self.globals,
             place_sigma_m,
         };
-        let mut rows = Rows::about(&stand, observing);
+        let mut rows = Rows::about(&reference, observing);
         let mut found = self.path.smooth(&rows.observations())?;
         for _ in 0..WEIGHINGS {
             rows.weigh(&found);
@@ -277,7 +278,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Median over the points of the ratio of residual variances to those by noise.
+/// Median over the points of the ratio of residual variance to noise variance.
 fn typical(rows: &Rows, stage: Stage) -> f64 {
     let kind = usize::from(stage == Stage::Envelope);
     let mut scales: Vec<f64> = rows.scale.iter().map(|s| s[kind]).collect();

@@ -15,7 +15,7 @@ const NEARBY_M: f64 = 0.24;
 const STEP_M: f64 = 0.015;
 const LAST_STEP_M: f64 = 0.002;
 
-/// Power of each point's peak near these places, with the path of `model`: the parts' powers summed.
+/// Power of each point's peak near `places`, summed over the parts of the flight, with the path of `model`.
 pub(crate) fn peak_powers(problem: &Problem, model: &Model, places: &[PixelPlace]) -> Vec<f64> {
     let positions: Vec<Vector3<f64>> = problem
         .positions_m(model)

@@ -11,34 +11,34 @@ use crate::error::AutofocusError;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Effect {
-    /// Added to the ranges of these pulses, m: the fast time at which range is zero.
+    /// Offset added to the ranges of the given pulses, m: an error of the fast time of zero range.
     Delay(Range<usize>),
-    /// Added to the phases of the echoes of these pulses, rad, without effect on their ranges.
+    /// Phase added to the echoes of the given pulses, rad, without effect on their ranges.
     Phase(Range<usize>),
-    /// It moves the antenna: p(θ) = p + θ·first + ½θ²·second, as an offset of the clock, a lever arm or an
-    /// error of the height above the scene does.
+    /// Displacement of the antenna, p(θ) = p + θ·first + ½θ²·second, for example by a clock offset, a lever
+    /// arm or an error of the height above the scene.
     Position {
         /// First derivative at each pulse, `[M]`, m per unit.
         first: Vec<[f64; 3]>,
         /// Second derivative at each pulse, `[M]`, m per unit squared.
         second: Vec<[f64; 3]>,
     },
-    /// These pulses rise, m, and their ranges shorten by as much: the surface below them, at the height that
-    /// the positions have, set the fast time at which range is zero.
+    /// Rise of the given pulses, m, with ranges shortened by the same amount: the fast time of zero range was
+    /// calibrated on the surface below, from the stated height.
     RiseOverSurface(Range<usize>),
     /// Relative error of the propagation speed, true over stated less 1: ranges by the stated speed are
     /// R/(1 + θ).
     Speed,
 }
 
-/// A global quantity that the estimate leaves free: true less stated has zero mean beforehand.
+/// A global quantity that is estimated: true less stated value, with zero prior mean.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Global {
-    /// What it is called.
+    /// Name of the quantity.
     pub name: String,
     /// Prior standard deviation, in the unit of the effect; above 0.
     pub sigma: f64,
-    /// What it does.
+    /// Effect on ranges and phases.
     pub effect: Effect,
 }
 
@@ -81,7 +81,7 @@ impl Global {
         Ok(())
     }
 
-    /// Change of a pulse's position by this value, m.
+    /// Change of a pulse's position at the value `value`, m.
     pub(crate) fn moved_m(&self, pulse: usize, value: f64) -> Vector3<f64> {
         match &self.effect {
             Effect::Position { first, second } => {
@@ -93,7 +93,7 @@ impl Global {
         }
     }
 
-    /// Change of a pulse's position per unit at this value.
+    /// Derivative of a pulse's position at the value `value`, m per unit.
     pub(crate) fn velocity(&self, pulse: usize, value: f64) -> Vector3<f64> {
         match &self.effect {
             Effect::Position { first, second } => {
@@ -117,7 +117,7 @@ impl Global {
     }
 }
 
-/// Refuses a part of the flight that is none of `pulses` pulses.
+/// Refuses a range of pulses that is empty or beyond `pulses` pulses.
 pub(crate) fn check_pulses(own: &Range<usize>, pulses: usize) -> Result<(), AutofocusError> {
     if own.start < own.end && own.end <= pulses {
         return Ok(());
@@ -133,7 +133,7 @@ pub(crate) fn check_pulses(own: &Range<usize>, pulses: usize) -> Result<(), Auto
 pub(crate) mod tests {
     use super::*;
 
-    /// One quantity of each kind, for two pulses.
+    /// One quantity of each kind, for a flight of two pulses.
     pub(crate) fn each() -> Vec<Global> {
         let of = |name, sigma, effect| Global {
             name: String::from(name),

@@ -1,21 +1,21 @@
-//! Sums of the errors over the flight that are known to be zero: mean and trend of each axis.
+//! Constraints on the errors over the flight: zero mean and zero trend of each axis.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
 
 use crate::information::Axes;
 
-/// Sums on each axis: mean and trend.
+/// Number of constrained sums on each axis: mean and trend.
 const HELD_SUMS: usize = 2;
-/// Sums on all axes.
+/// Number of constrained sums on all axes.
 const HELD: usize = 3 * HELD_SUMS;
 
-/// Weights of each pulse in the sums; none where no sum is held.
+/// Weights of each pulse in the constrained sums; empty without constraints.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
     weights: Vec<[f64; HELD_SUMS]>,
 }
 
-/// An estimate conditioned on sums, with its covariances.
+/// An estimate conditioned on zero sums, with its covariances.
 pub(crate) struct Conditioned<'a> {
     pub error_m: &'a mut [Vector3<f64>],
     pub covariance_m2: &'a mut [Matrix3<f64>],
@@ -25,7 +25,7 @@ pub(crate) struct Conditioned<'a> {
 }
 
 impl Held {
-    /// Mean and trend over the abscissa.
+    /// Constraints of zero mean and zero trend over the abscissa.
     pub fn mean_and_trend(abscissa: &[f64]) -> Self {
         let count = abscissa.len() as f64;
         let centre = abscissa.iter().sum::<f64>() / count;
@@ -39,7 +39,8 @@ impl Held {
         }
     }
 
-    /// Appends the weights of pulse `m` in the held sums to the columns `right`: one column per sum and axis.
+    /// Appends the weights of pulse `m` in the constrained sums to the columns `right`: one column per sum
+    /// and axis.
     pub fn with_forces(&self, m: usize, right: Axes) -> Axes {
         let Some(weights) = self.weights.get(m) else {
             return right;
@@ -54,8 +55,8 @@ impl Held {
         right
     }
 
-    /// Conditions an estimate on the sums; `response` is Cov(δ, sums) of each pulse, `pulled`
-    /// Cov(θ, sums). None where the sums have no variance.
+    /// Conditions an estimate on the sums; `response` is Cov(δ, sums) of each pulse, `pulled` Cov(θ, sums).
+    /// `None` where the sums have no variance.
     pub fn condition(
         &self,
         response: &[Axes],

@@ -1,4 +1,4 @@
-//! Histories of the points' echoes along the flight, and the amplitudes that a model gives them.
+//! Histories of the points' echoes along the flight, and coherent amplitudes of these echoes.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -8,25 +8,26 @@ use crate::parts::Parts;
 use crate::profiles::Profiles;
 use crate::template::Template;
 
-/// Amplitudes are means over this share of the flight: points show themselves from some sides more
-/// than from others.
+/// Amplitudes are means over this share of the flight, since points scatter more strongly towards some
+/// directions than towards others.
 const SMOOTHED_SHARE: f64 = 1.0 / 12.0;
-/// Least number of pulses of such a mean.
+/// Least number of pulses of a mean amplitude.
 const LEAST_SMOOTHED: usize = 9;
 
 /// Echoes of all points in all pulses.
 pub(crate) struct Histories {
-    /// Pulse by pulse.
+    /// Separated echoes, pulse by pulse.
     pub pulses: Vec<Separated>,
-    /// Variance of the noise per frequency: the pulses' median.
+    /// Variance of the noise per frequency, the median over the pulses.
     pub noise: f64,
-    /// By which the echoes of each pulse are turned.
+    /// Unit phasor that the flight applies to the echoes of each pulse.
     turn: Vec<Complex64>,
     parts: Parts,
 }
 
 impl Histories {
-    /// Separates the echoes of points at `range_m`, `[M][K]`, that the flight turns by `turn`, `[M]`.
+    /// Separates the echoes of points at `range_m`, `[M][K]`; `turn`, `[M]`, are the phasors that the flight
+    /// applies to the echoes.
     pub fn new(
         (profiles, template): (&Profiles, &Template),
         range_m: &[Vec<f64>],
@@ -103,7 +104,8 @@ impl Histories {
         modulus.iter().enumerate().map(of).collect()
     }
 
-    /// Sum of a point's amplitudes over each part, weighed by their moduli, with the flight's turns taken off.
+    /// Sum of a point's amplitudes over each part, weighted by their moduli, with the flight's phasors
+    /// removed.
     fn sums_of(&self, k: usize, modulus: &[f64]) -> Vec<Complex64> {
         let mut sums = vec![Complex64::ZERO; self.parts.len()];
         for (m, (pulse, rho)) in self.pulses.iter().zip(modulus).enumerate() {

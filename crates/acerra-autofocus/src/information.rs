@@ -35,7 +35,7 @@ impl PulseInformation {
 /// All observations.
 #[derive(Clone, Debug)]
 pub(crate) struct Observations {
-    /// Pulse by pulse.
+    /// Information of each pulse.
     pub pulses: Vec<PulseInformation>,
     /// [y, A]ᵀR⁻¹[y, A] over all pulses.
     pub cross: DMatrix<f64>,

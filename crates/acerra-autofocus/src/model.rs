@@ -12,7 +12,7 @@ pub(crate) struct Model {
     pub places: Vec<PixelPlace>,
     /// Errors of the positions, true minus stated, m.
     pub error_m: Vec<Vector3<f64>>,
-    /// C⁻¹ times these errors, with C their prior covariance.
+    /// C⁻¹ times the errors, with C their prior covariance.
     pub force: Vec<Vector3<f64>>,
     /// Values of the globals.
     pub globals: Vec<f64>,
@@ -28,7 +28,7 @@ pub(crate) struct Posterior {
 }
 
 impl Model {
-    /// The flight as stated.
+    /// The model of the stated flight, without errors.
     pub fn nominal(pulses: usize, globals: usize, places: Vec<PixelPlace>) -> Self {
         Self {
             places,
@@ -38,7 +38,7 @@ impl Model {
         }
     }
 
-    /// This flight with other points.
+    /// This model with points at other places.
     pub fn with_places(&self, places: Vec<PixelPlace>) -> Self {
         Self {
             places,
@@ -46,7 +46,7 @@ impl Model {
         }
     }
 
-    /// Positions in force, m.
+    /// Positions with the errors and globals of the model, m.
     pub fn positions_m(&self, nominal_m: &[[f64; 3]], globals: &[Global]) -> Vec<[f64; 3]> {
         let moved = |(m, (p, e)): (usize, (&[f64; 3], &Vector3<f64>))| {
             let mut at = Vector3::from(*p) + e;
@@ -68,7 +68,7 @@ impl Model {
         self.places.iter().map(|p| ground.point_m(*p)).collect()
     }
 
-    /// Square of the errors in units of the prior: δᵀC⁻¹δ and the globals'.
+    /// Square of the errors in units of the prior: δᵀC⁻¹δ and the squares of the globals.
     pub fn prior_square(&self, globals: &[Global]) -> f64 {
         let path: f64 = self
             .error_m
@@ -80,7 +80,7 @@ impl Model {
         path.max(0.0) + own.map(|(g, v)| (v / g.sigma).powi(2)).sum::<f64>()
     }
 
-    /// The model at this share of the way from `self` to `other`, which has as many points.
+    /// The model interpolated from `self` (share 0) to `other` (share 1), which has as many points.
     pub fn towards(&self, other: &Self, share: f64) -> Self {
         let mix = |a: &Vector3<f64>, b: &Vector3<f64>| a + (b - a) * share;
         let mix_all = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {

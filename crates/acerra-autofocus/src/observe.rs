@@ -13,18 +13,18 @@ use crate::parts::Parts;
 use crate::ranging::Ranging;
 use crate::smoother::Smoothed;
 
-/// Power of an echo over its variance from which its phase and delay are taken.
+/// Least ratio of an echo's power to its variance for which phase and delay are used.
 const LEAST_SIGNAL: f64 = 3.0;
 /// Observables of an echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Its phase, as a range, up to a constant of the point.
+    /// Phase of the echo as a range, up to a constant of the point.
     Phase,
-    /// Its delay, as a range.
+    /// Delay of the echo as a range.
     Delay,
 }
 
-/// How observations are made.
+/// Settings of the observations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Observing<'a> {
     /// Whether phases are observed in addition to delays.
@@ -48,8 +48,9 @@ pub(crate) struct Row {
     value_m: f64,
     by_error: Vector3<f64>,
     by_place: [f64; 2],
-    /// Variance by the noise, m², and the share of its inverse that counts.
+    /// Variance by the noise, m².
     pub variance_m2: f64,
+    /// Share of the inverse variance that counts.
     pub weight: f64,
 }
 
@@ -59,10 +60,11 @@ pub(crate) struct Rows {
     pub rows: Vec<Row>,
     pub pulses: usize,
     pub points: usize,
-    /// Phases of each point: one a part of the flight; none where delays alone are observed.
+    /// Number of phases of each point: one a part of the flight, or zero where delays alone are observed.
     phases: usize,
-    /// Prior variances of the globals, and the factors that they have in each row, one after another.
+    /// Prior variances of the globals.
     global_variance: Vec<f64>,
+    /// Factors of the globals in each row, row after row.
     by_global: Vec<f64>,
     pixel_m: Vec<[f64; 2]>,
     place_sigma_m: f64,
@@ -70,37 +72,42 @@ pub(crate) struct Rows {
     pub scale: Vec<[f64; 2]>,
 }
 
-/// What rows are made about.
-pub(crate) struct Standpoint<'a> {
+/// The model about which observations are linearised, and constants of the radar.
+pub(crate) struct LinearisationPoint<'a> {
     pub model: &'a Model,
     pub histories: &'a Histories,
     pub parts: &'a Parts,
     pub position_m: &'a [[f64; 3]],
     pub ground: &'a Ground<'a>,
-    /// Wavenumber that turns phases into ranges, rad/m, and the range resolution, m.
+    /// Wavenumber that converts phases into ranges, rad/m.
     pub carrier: f64,
+    /// Range resolution, m.
     pub cell_m: f64,
 }
 
 impl Rows {
     /// Phases and delays about a model.
-    pub fn about(stand: &Standpoint, observing: Observing) -> Self {
+    pub fn about(reference: &LinearisationPoint, observing: Observing) -> Self {
         let globals = observing.globals;
-        let points = stand.model.points_m(stand.ground);
-        let ranging = Ranging::new(globals, &stand.model.globals, stand.position_m.len());
-        let tangents: Vec<_> = stand
+        let points = reference.model.points_m(reference.ground);
+        let ranging = Ranging::new(
+            globals,
+            &reference.model.globals,
+            reference.position_m.len(),
+        );
+        let tangents: Vec<_> = reference
             .model
             .places
             .iter()
-            .map(|p| stand.ground.tangents_m(*p))
+            .map(|p| reference.ground.tangents_m(*p))
             .collect();
-        let amplitudes = observing.phases.then(|| stand.histories.coherent());
+        let amplitudes = observing.phases.then(|| reference.histories.coherent());
         let mut rows = Vec::new();
         let mut by_global = Vec::new();
-        for (m, pulse) in stand.histories.pulses.iter().enumerate() {
-            let from = Vector3::from(stand.position_m[m]);
+        for (m, pulse) in reference.histories.pulses.iter().enumerate() {
+            let from = Vector3::from(reference.position_m[m]);
             for (k, echo) in pulse.echoes.iter().enumerate() {
-                let variance = stand.histories.noise * echo.amplitude_variance;
+                let variance = reference.histories.noise * echo.amplitude_variance;
                 let power = echo.amplitude.norm_sqr();
                 if power <= LEAST_SIGNAL * variance {
                     continue;
@@ -109,7 +116,7 @@ impl Rows {
                 let sight = apart.normalize();
                 let guiding = f64::from(u8::from(observing.guides[k]));
                 let by_error = -sight * (ranging.slowness * guiding);
-                let own = globals.iter().zip(&stand.model.globals);
+                let own = globals.iter().zip(&reference.model.globals);
                 let factors: Vec<f64> = own
                     .map(|(global, value)| {
                         let of = (global, *value);
@@ -118,7 +125,7 @@ impl Rows {
                     .collect();
                 // The point's own phase absorbs a delay common to all pulses of a part.
                 let takes_up = |own: &Range<usize>| {
-                    let part = stand.parts.about(m);
+                    let part = reference.parts.about(m);
                     own.start <= part.start && part.end <= own.end
                 };
                 let each = factors.iter().zip(globals);
@@ -126,25 +133,27 @@ impl Rows {
                     .map(|(f, g)| match &g.effect {
                         Effect::Delay(own) if takes_up(own) => 0.0,
                         Effect::RiseOverSurface(own) if takes_up(own) => *f + guiding,
-                        Effect::Phase(own) if own.contains(&m) => -guiding / stand.carrier,
+                        Effect::Phase(own) if own.contains(&m) => -guiding / reference.carrier,
                         _ => *f,
                     })
                     .collect();
-                let by_error_m = by_error.dot(&stand.model.error_m[m]);
+                let by_error_m = by_error.dot(&reference.model.error_m[m]);
                 let reached_m = |factors: &[f64]| {
-                    let each = factors.iter().zip(&stand.model.globals);
+                    let each = factors.iter().zip(&reference.model.globals);
                     by_error_m + each.map(|(f, v)| f * v).sum::<f64>()
                 };
                 let mut row = Row {
                     pulse: m,
                     point: k,
-                    part: stand.parts.of(m),
+                    part: reference.parts.of(m),
                     kind: Kind::Delay,
-                    value_m: echo.delay_m.clamp(-0.5 * stand.cell_m, 0.5 * stand.cell_m)
+                    value_m: echo
+                        .delay_m
+                        .clamp(-0.5 * reference.cell_m, 0.5 * reference.cell_m)
                         + reached_m(&factors),
                     by_error,
                     by_place: [0, 1].map(|a| ranging.slowness * sight.dot(&tangents[k][a])),
-                    variance_m2: stand.histories.noise * echo.delay_variance_m2,
+                    variance_m2: reference.histories.noise * echo.delay_variance_m2,
                     weight: 1.0,
                 };
                 if row.variance_m2.is_finite() {
@@ -159,8 +168,8 @@ impl Rows {
                 if modulus * modulus > LEAST_SIGNAL * variance {
                     let turn = (echo.amplitude * own.conj()).arg();
                     row.kind = Kind::Phase;
-                    row.value_m = -turn / stand.carrier + reached_m(&of_phase);
-                    row.variance_m2 = 0.5 * variance / (modulus * stand.carrier).powi(2);
+                    row.value_m = -turn / reference.carrier + reached_m(&of_phase);
+                    row.variance_m2 = 0.5 * variance / (modulus * reference.carrier).powi(2);
                     rows.push(row);
                     by_global.extend_from_slice(&of_phase);
                 }
@@ -169,10 +178,10 @@ impl Rows {
         let lengths = |t: &[Vector3<f64>; 2]| [0, 1].map(|a| t[a].norm().max(1e-9));
         Self {
             rows,
-            pulses: stand.histories.pulses.len(),
+            pulses: reference.histories.pulses.len(),
             points: points.len(),
             phases: match observing.phases {
-                true => stand.parts.len(),
+                true => reference.parts.len(),
                 false => 0,
             },
             global_variance: globals.iter().map(|g| g.sigma * g.sigma).collect(),
@@ -183,7 +192,7 @@ impl Rows {
         }
     }
 
-    /// Parameters: two of place and the phases for each point; then the globals.
+    /// Number of parameters of each point: two of place, and the phases.
     fn per_point(&self) -> usize {
         2 + self.phases
     }
@@ -273,7 +282,7 @@ impl Rows {
         row.value_m - row.by_error.dot(&found.error_m[row.pulse]) - by_parameters
     }
 
-    /// The model that a solution leads to.
+    /// The model after the step of a solution.
     pub fn apply(&self, model: &Model, found: &Smoothed) -> Model {
         let per_point = self.per_point();
         let mut next = model.clone();
@@ -291,7 +300,8 @@ impl Rows {
         next
     }
 
-    /// Weighted rms of a point's residual ranges by phase, m; none where it has too few.
+    /// Weighted rms of a point's residual ranges by phase, m; `None` where the point has too few
+    /// observations.
     pub fn phase_rms_m(&self, found: &Smoothed, point: usize) -> Option<f64> {
         let rows = self.rows.iter().enumerate();
         let own = rows.filter(|(_, r)| r.point == point && r.kind == Kind::Phase);

@@ -1,8 +1,8 @@
-//! What an autofocus found.
+//! Results of an autofocus.
 
 use serde::Serialize;
 
-/// Whether a correction is applied, and why.
+/// Whether a correction is applied, and the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -13,7 +13,7 @@ pub enum Decision {
     NoPoints,
     /// The positions' prior variance is zero: no error to correct.
     NothingToCorrect,
-    /// Points that took no part in the correction did not gain significantly.
+    /// Points not used for the correction did not gain significantly.
     NotSignificant,
     /// The image has one prominent point, whose own motion would look like the track's.
     LonePoint,
@@ -23,34 +23,34 @@ pub enum Decision {
     AgainstPrior,
 }
 
-/// A point that the correction rests on.
+/// A point used for the correction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PointFound {
     /// `[x, y, z]`, m.
     pub position_m: [f64; 3],
     /// Posterior standard deviations along the image's columns and rows, m.
     pub sigma_m: [f64; 2],
-    /// Rms of its remaining range errors by phase, m.
+    /// Rms of the point's remaining range errors by phase, m.
     pub residual_m: Option<f64>,
-    /// Gain of its peak by a correction that it took no part in, dB; by the correction itself where
-    /// there are too few points to leave some out.
+    /// Gain of the point's peak by a correction estimated without the point, dB; by the correction itself
+    /// where there are too few points to hold some out.
     pub gain_db: f64,
 }
 
 /// A quantity of the whole flight.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GlobalFound {
-    /// What it is called.
+    /// Name of the quantity.
     pub name: String,
-    /// True less stated, in the unit of its effect.
+    /// True less stated value, in the unit of the effect.
     pub value: f64,
-    /// Its posterior standard deviation.
+    /// Posterior standard deviation.
     pub sigma: f64,
-    /// Its prior standard deviation.
+    /// Prior standard deviation.
     pub prior_sigma: f64,
 }
 
-/// What an autofocus found.
+/// Results of an autofocus.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Autofocused {
     /// Whether [`Autofocused::position_m`] is corrected.
@@ -59,9 +59,9 @@ pub struct Autofocused {
     pub position_m: Vec<[f64; 3]>,
     /// The estimated errors, true minus stated, `[M]`, m, applied or not; movement by globals included.
     pub correction_m: Vec<[f64; 3]>,
-    /// Their posterior standard deviations, `[M]`, m.
+    /// Posterior standard deviations of the errors, `[M]`, m.
     pub sigma_m: Vec<[f64; 3]>,
-    /// Their posterior covariances, `[M]`, m².
+    /// Posterior covariances of the errors, `[M]`, m².
     pub covariance_m2: Vec<[[f64; 3]; 3]>,
     /// The globals that were left free, in the order of the prior, applied or not.
     pub globals: Vec<GlobalFound>,
@@ -70,15 +70,15 @@ pub struct Autofocused {
     /// Points whose ranges differ from another point's by less than one range resolution rms: one of the two
     /// points is the other's ghost, and a ghost draws the path to the wrong side of the track.
     pub ghosts: usize,
-    /// Mean gain of the points' peaks, weighted by their amplitudes, dB, as [`PointFound::gain_db`] has them.
+    /// Mean of the points' [`PointFound::gain_db`], weighted by their amplitudes, dB.
     pub gain_db: f64,
-    /// Its standard error, dB.
+    /// Standard error of the mean gain, dB.
     pub gain_sigma_db: f64,
     /// Loss that the prior alone predicts at the points, dB, before any correction.
     pub predicted_loss_db: f64,
     /// Rms of the corrections in units of their prior deviations.
     pub correction_in_sigmas: f64,
-    /// Posterior over prior variance along each axis, mean over the pulses: near 1 where the data do
-    /// not see an axis.
+    /// Posterior over prior variance along each axis, mean over the pulses: near 1 where the data do not
+    /// constrain an axis.
     pub unobserved: [f64; 3],
 }

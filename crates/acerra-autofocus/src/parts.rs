@@ -5,8 +5,8 @@ use std::ops::Range;
 use crate::error::AutofocusError;
 use crate::globals::check_pulses;
 
-/// Parts of the flight whose images are summed by power: along each a point has one phase. One part for
-/// an image that sums all pulses.
+/// Parts of the flight whose images are summed by power: a point has one phase along each part. A single part
+/// means one coherent image of all pulses.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Parts {
     of_pulse: Vec<usize>,
@@ -14,7 +14,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// These parts, in order; none for the whole flight.
+    /// The parts `ranges`, in order; empty for the whole flight.
     pub fn new(ranges: &[Range<usize>], pulses: usize) -> Result<Self, AutofocusError> {
         let whole = [Range {
             start: 0,
@@ -34,7 +34,7 @@ impl Parts {
         })
     }
 
-    /// How many there are.
+    /// Number of parts.
     pub fn len(&self) -> usize {
         self.ranges.len()
     }

@@ -27,7 +27,7 @@ pub(crate) struct Passed {
     pub covariance: Matrix3<f64>,
 }
 
-/// The process z from pulse to pulse.
+/// Filter and smoother for the process z along the pulses.
 #[derive(Clone, Debug)]
 pub(crate) struct Passes {
     steps: Vec<(StateMatrix, StateMatrix)>,

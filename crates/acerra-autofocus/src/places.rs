@@ -8,13 +8,13 @@ use crate::model::Model;
 
 /// Gauss–Newton steps to a place.
 const STEPS: usize = 8;
-/// Part of the range's gradient, squared, that is added: places do not run away below the track.
+/// Regularisation as a share of the squared range gradient: it keeps places from diverging below the track.
 const RIDGE: f64 = 1e-3;
 
 impl Problem<'_> {
-    /// Where the points of `model` show themselves in an image made by `other`, whose globals may move
-    /// them: the places on the pixels whose ranges are most like those that they have in `model`. Without
-    /// globals they stay.
+    /// Places of the points of `model` in an image made with `other`, whose globals may displace them: the
+    /// places on the pixels whose ranges by `other` fit the points' ranges by `model` best. Without globals
+    /// the places are unchanged.
     pub fn places_in(&self, other: &Model, model: &Model) -> Vec<PixelPlace> {
         if self.globals.is_empty() {
             return model.places.clone();
@@ -23,7 +23,8 @@ impl Problem<'_> {
         self.places_with(&there, &self.ranges_m(model))
     }
 
-    /// The places on the pixels where a model's points have these ranges, `[M][K]`, m, next to where it has them.
+    /// The places on the pixels where the points of `model` have the ranges `wanted_m`, `[M][K]`, near their
+    /// places in `model`.
     pub fn places_with(&self, model: &Model, wanted_m: &[Vec<f64>]) -> Vec<PixelPlace> {
         let antenna_m = self.positions_m(model);
         let of_point = |k: usize| {
@@ -33,7 +34,7 @@ impl Problem<'_> {
         (0..model.places.len()).map(of_point).collect()
     }
 
-    /// The place on the pixels of a model with these ranges, m, next to a first guess.
+    /// The place on the pixels of a model with the wanted ranges, m, near a first guess.
     fn place_at(
         &self,
         model: &Model,

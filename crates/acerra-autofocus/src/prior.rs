@@ -41,7 +41,7 @@ impl Correlation {
         }
     }
 
-    /// Correlation of errors this far apart.
+    /// Correlation of two errors `distance` apart.
     #[must_use]
     pub fn at(self, distance: f64) -> f64 {
         let (order, rate) = self.markov();
@@ -66,12 +66,12 @@ impl Correlation {
     }
 }
 
-/// Prior of the errors of the antenna's positions: zero mean, this covariance at each pulse, and
-/// this correlation between pulses.
+/// Gaussian prior of the errors of the antenna's positions: zero mean, a covariance at each pulse, and a
+/// correlation between pulses.
 ///
-/// The error of pulse m is C_m^½ z_m, with C_m^½ the symmetric root of its covariance and z three
-/// independent processes of unit variance: one along each principal axis where those stay, so that the
-/// covariance of two pulses is C_m^½ C_n^½ ρ(d). The root turns with the axes, whichever these are.
+/// The error of pulse m is C_m^½ z_m, with C_m^½ the symmetric root of its covariance and z three independent
+/// processes of unit variance: so that the covariance of the errors of two pulses is C_m^½ C_n^½ ρ(d). Where
+/// the principal axes are constant, each process acts along one of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionPrior {
     /// Covariance of each pulse's error, `[M]`, m², axes as the positions'.
@@ -80,10 +80,10 @@ pub struct PositionPrior {
     pub abscissa: Vec<f64>,
     /// Correlation between pulses.
     pub correlation: Correlation,
-    /// Quantities of the whole flight that are not known; none by default.
+    /// Unknown quantities of the whole flight; empty by default.
     pub globals: Vec<Global>,
-    /// Whether the errors are known to have neither mean nor trend over the abscissa. Otherwise those
-    /// that the echoes do not see follow from the others by the correlation.
+    /// Whether the errors are known to have neither mean nor trend over the abscissa. Otherwise errors that
+    /// the echoes do not constrain follow from the others by the correlation.
     pub without_trend: bool,
 }
 
@@ -107,9 +107,9 @@ impl PositionPrior {
 
     /// Full covariances, `[M]`, m², and known globals.
     ///
-    /// Covariances that were written with few digits may be none any more. Correlations between axes are
-    /// shortened, all of a pulse by one factor and no further than it takes to keep a part in a thousand
-    /// of an axis' variance independent of the others; the variances stay.
+    /// Covariances written with few digits may not be positive definite. Correlations between axes are
+    /// therefore reduced, by one factor a pulse and no further than needed to keep a part in a thousand of an
+    /// axis' variance independent of the other axes; the variances are unchanged.
     ///
     /// ```
     /// use acerra_autofocus::{Correlation, PositionPrior};
@@ -165,7 +165,7 @@ impl PositionPrior {
     }
 }
 
-/// Symmetric root of a covariance that may be singular; none where it is no covariance.
+/// Symmetric root of a covariance that may be singular; `None` where the matrix is not positive semidefinite.
 fn root(c: &[[f64; 3]; 3]) -> Option<Matrix3<f64>> {
     let trace = c[0][0] + c[1][1] + c[2][2];
     let symmetric = Matrix3::from_fn(|i, j| 0.5 * (c[i][j] + c[j][i]));

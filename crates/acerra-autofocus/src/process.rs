@@ -1,9 +1,9 @@
 //! Errors of positions as a Markov process: three independent axes of unit variance, each with as
 //! many derivatives as its correlation has.
 //!
-//! The state is `[value × 3, first derivative × 3, second derivative × 3]`, derivatives in units of
-//! the process's rate; those that a process does not have stay zero. Hartikainen and Särkkä 2010
-//! give the Matérn processes in this form.
+//! The state is `[value × 3, first derivative × 3, second derivative × 3]`, derivatives in units of the
+//! process's rate; derivatives that a process does not have are zero. Hartikainen and Särkkä 2010 give the
+//! Matérn processes in this form.
 
 use nalgebra::{Matrix3, SMatrix};
 
@@ -48,7 +48,7 @@ fn transition_of_axis(order: usize, u: f64) -> Matrix3<f64> {
     }
 }
 
-/// The matrix of one axis for all three: element (3i + a, 3j + a) for each axis a.
+/// The matrix of one axis applied to all three: element (3i + a, 3j + a) for each axis a.
 fn spread(axis: Matrix3<f64>) -> StateMatrix {
     StateMatrix::from_fn(|r, c| {
         if r % 3 == c % 3 {

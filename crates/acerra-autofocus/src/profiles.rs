@@ -25,7 +25,7 @@ pub(crate) struct Profiles {
 }
 
 impl Profiles {
-    /// Of ranges `range_m[0]` to `range_m[1]`; frequencies are `step_rad_m` apart in κ.
+    /// Profiles over ranges from `range_m[0]` to `range_m[1]`; frequencies are `step_rad_m` apart in κ.
     pub fn new(
         pulses: &Pulses,
         template: &Template,
@@ -103,7 +103,7 @@ impl Profiles {
         [value, derivative * (-Complex64::I / self.step_m)]
     }
 
-    /// The value alone.
+    /// Value of a pulse at a range, without the first moment; zero beyond the table.
     #[inline]
     pub fn value(&self, pulse: usize, range_m: f64) -> Complex64 {
         let at = (range_m - self.origin_m) / self.step_m;

@@ -7,14 +7,14 @@ use num_complex::Complex64;
 
 use crate::globals::{Effect, Global};
 
-/// How places make ranges and phases, with the globals in force.
+/// Model of ranges and phases from positions, for given values of the globals.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ranging {
     /// Stated over true propagation speed.
     pub slowness: f64,
-    /// Added to all ranges of each pulse, m.
+    /// Offset added to all ranges of each pulse, m.
     pub delay_m: Vec<f64>,
-    /// Unit phasor by which the echoes of each pulse are turned.
+    /// Unit phasor applied to the echoes of each pulse.
     pub turn: Vec<Complex64>,
 }
 
@@ -50,8 +50,8 @@ impl Ranging {
         -sight.dot(&global.velocity(pulse, value)) * self.slowness
     }
 
-    /// Change of that range per unit of a global of this value; `sight` points from the antenna of the
-    /// pulse to the point, `distance_m` away.
+    /// Derivative of [`Self::range_m`] with respect to a global at `value`; `sight` is the unit vector from
+    /// the antenna of the pulse to the point, `distance_m` away.
     pub fn derivative(
         &self,
         (global, value): (&Global, f64),

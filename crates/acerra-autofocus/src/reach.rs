@@ -1,32 +1,33 @@
-//! Ways to a maximum of the posterior: from delays, or from the coherent image; without points that turn out
-//! not to be prominent.
+//! Search for the maximum of the posterior, from delays or from the coherent image, with removal of points
+//! that turn out not to be prominent.
 
 use crate::error::AutofocusError;
 use crate::fit::{Fitted, Problem, Seen, Stage};
 use crate::model::Model;
 use crate::search::Search;
 
-/// Points found by delays below which the coherent image is searched as well.
+/// Number of points found by delays below which the coherent image is searched too.
 const FEW_POINTS: usize = 4;
 /// Rounds of dropping points that are not prominent.
 const PRUNINGS: usize = 3;
-/// Coherence of a prominent point's echoes along the flight.
+/// Least coherence of a prominent point's echoes along the flight.
 const LEAST_COHERENCE: f64 = 0.4;
-/// Amplitude of a prominent point over the strongest's.
+/// Least amplitude of a prominent point relative to the strongest point.
 const LEAST_AMPLITUDE: f64 = 0.1;
 /// Least spacing of prominent points, in range resolutions.
 const APART_CELLS: f64 = 1.5;
 
-/// A maximum of the posterior, and how it was reached.
+/// A maximum of the posterior, and the model from which it was reached.
 pub(crate) struct Reached {
-    /// Where the stages began, with the points that were kept.
+    /// Model at the beginning of the stages, with the points that were kept.
     pub start: Model,
+    /// Stages that led to the maximum.
     pub stages: &'static [Stage],
     pub fitted: Fitted,
 }
 
-/// The maximum reached from delays, or from the coherent image where delays give few points and it
-/// explains more; `None` without a prominent point.
+/// The maximum reached from delays, or the maximum reached from the coherent image where delays give few
+/// points and the latter explains more; `None` without a prominent point.
 pub(crate) fn best_fit(search: &Search) -> Result<Option<Reached>, AutofocusError> {
     let start = search.by_envelopes()?;
     let by_delays = reach(search, start, &[Stage::Envelope, Stage::Phase])?;

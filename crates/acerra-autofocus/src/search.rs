@@ -12,15 +12,15 @@ use crate::model::Model;
 
 /// Rounds of searching, by delays and by the coherent image.
 const ROUNDS: [usize; 2] = [4, 2];
-/// A round takes maxima down to this share of its greatest in power.
+/// A round accepts maxima down to this share of the power of the round's greatest.
 const SHARE_OF_ROUND: f64 = 0.5;
-/// No maximum below this share of the first round's greatest in power is taken.
+/// All rounds reject maxima below this share of the power of the first round's greatest.
 const SHARE_OF_ALL: f64 = 0.02;
 /// Least level of maxima above the image's median, in median deviations.
 const LEAST_RISE: f64 = 8.0;
 /// Least spacing of points, in range resolutions.
 const APART_CELLS: f64 = 3.0;
-/// Most pulses that an image without phases sums.
+/// Largest number of pulses summed in an image without phases.
 const MOST_PULSES: usize = 400;
 
 /// Images of the residual echoes, for the search.
@@ -40,7 +40,7 @@ struct PowerMap {
 }
 
 impl Search<'_> {
-    /// Points and the path's first estimate, by delays alone.
+    /// A model with points and a first estimate of the path, from delays alone.
     pub fn by_envelopes(&self) -> Result<Model, ImagingError> {
         self.rounds(Stage::Envelope, self.problem.nominal(Vec::new()))
     }
@@ -50,8 +50,8 @@ impl Search<'_> {
         self.rounds(Stage::Phase, model)
     }
 
-    /// The objective for noise of this variance with a penalty for each point's three parameters (Bayesian
-    /// information criterion), which compares models with different points.
+    /// The objective for noise of variance `noise` plus a penalty for the three parameters of each point
+    /// (Bayesian information criterion), for comparing models with different points.
     pub fn penalised(&self, model: &Model, seen: &Seen, noise: f64) -> f64 {
         let samples = (self.pulses.len() * self.pulses.frequency_hz().len()) as f64;
         let price = 3.0 * model.places.len() as f64 * samples.ln();
@@ -176,7 +176,7 @@ impl Search<'_> {
         })
     }
 
-    /// The spectra less the echoes of points of one phase, moved to zero delay and phase.
+    /// The spectra less the coherent echoes of the model's points, corrected to zero delay and phase.
     fn residual_spectra(&self, model: &Model) -> Vec<Complex64> {
         let problem = &self.problem;
         let Seen {

@@ -6,18 +6,19 @@ use crate::fit::{Fitted, Problem, Stage};
 use crate::gain::{gains_db, peak_powers};
 use crate::model::Model;
 
-/// Number of parts of the points; each is left out of one estimate.
+/// Number of subsets of the points; each subset is held out of one estimate.
 const FOLDS: usize = 2;
-/// Points from which some can be left out.
+/// Least number of points of which some can be held out.
 pub(crate) const LEAST_TO_FOLD: usize = 2;
 
 /// Gain of the points' peaks.
 #[derive(Clone, Debug)]
 pub(crate) struct Gains {
-    /// Of each point, dB.
+    /// Gain of each point, dB.
     pub point_db: Vec<f64>,
-    /// Mean, weighted by the points' amplitudes, and its standard error, dB.
+    /// Mean gain, weighted by the points' amplitudes, dB.
     pub mean_db: f64,
+    /// Standard error of the mean gain, dB.
     pub sigma_db: f64,
     /// Least gain of a point by the whole estimate, dB.
     pub worst_db: f64,
@@ -49,10 +50,10 @@ impl Gains {
     }
 }
 
-/// Gain of each point by the estimate of the other points alone; of the whole estimate where there
-/// are too few points.
+/// Gain of each point by an estimate from other points alone, or by the whole estimate where there are too
+/// few points.
 ///
-/// `start` is where the estimates begin, before phases were used.
+/// `start` is the model at which the estimates begin, before phases are used.
 pub(crate) fn held_out_gains(
     problem: &Problem,
     start: &Model,

@@ -11,7 +11,7 @@ use crate::information::{Axes, Observations, PulseInformation};
 use crate::passes::Passes;
 use crate::prior::Correlation;
 
-/// The process along the pulses.
+/// Prior process of the position errors along the pulses.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     /// Root L of each pulse's prior covariance.
@@ -25,13 +25,13 @@ pub(crate) struct Path {
 pub(crate) struct Smoothed {
     /// Error of each pulse's position, m.
     pub error_m: Vec<Vector3<f64>>,
-    /// Its posterior covariance, m².
+    /// Posterior covariance of each error, m².
     pub covariance_m2: Vec<Matrix3<f64>>,
     /// C⁻¹δ, with C the prior covariance of all errors: Σ δ·C⁻¹δ is the prior's square.
     pub force: Vec<Vector3<f64>>,
     /// The parameters.
     pub parameter: DVector<f64>,
-    /// Their posterior covariance.
+    /// Posterior covariance of the parameters.
     pub parameter_covariance: DMatrix<f64>,
     /// Covariance of each pulse's error with the shared parameters, m times their unit.
     pub with_shared: Vec<Axes>,
@@ -46,7 +46,7 @@ impl Path {
         }
     }
 
-    /// The process conditioned on zero mean and trend over the abscissa.
+    /// This process conditioned on zero mean and zero trend over the abscissa.
     pub fn without_trend(self, abscissa: &[f64]) -> Self {
         Self {
             held: Held::mean_and_trend(abscissa),
@@ -54,8 +54,8 @@ impl Path {
         }
     }
 
-    /// The most probable path and parameters; none where the parameters' normal matrix is no
-    /// covariance's inverse.
+    /// The most probable path and parameters; `None` where the parameters' normal matrix is not positive
+    /// definite.
     pub fn smooth(&self, observations: &Observations) -> Option<Smoothed> {
         let scaled = self.scaled(&observations.pulses);
         let columns = scaled.first().map_or(1, |p| p.right.ncols());
@@ -107,7 +107,7 @@ impl Path {
         Some(smoothed)
     }
 
-    /// Observations in terms of z, with the forces of held sums as further columns.
+    /// Observations in terms of z, with the weights of the constrained sums as further columns.
     fn scaled(&self, pulses: &[PulseInformation]) -> Vec<PulseInformation> {
         let scale = |(m, p): (usize, &PulseInformation)| {
             let information = p.information;
@@ -241,7 +241,7 @@ mod tests {
         let delta = expected.rows(0, 3 * pulses);
         assert!((square - (delta.transpose() * precision * delta)[(0, 0)]).abs() < 1e-7);
 
-        // The estimate conditioned on zero mean and trend, by hand.
+        // The estimate conditioned on zero mean and trend, computed directly.
         let centre = abscissa[pulses - 1] / 2.0;
         let mut sums = DMatrix::<f64>::zeros(size, 6);
         for m in 0..pulses {

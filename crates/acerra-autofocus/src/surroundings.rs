@@ -1,4 +1,4 @@
-//! Covariances about a maximum, and before any data.
+//! Posterior covariances about a maximum, and prior covariances.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,7 +7,7 @@ use crate::model::{Model, Posterior};
 use crate::smoother::Smoothed;
 
 impl Problem<'_> {
-    /// Covariances about a maximum.
+    /// The maximum `model` with the covariances about it.
     pub fn surroundings(&self, model: Model, seen: &Seen, stage: Stage, guides: &[bool]) -> Fitted {
         let place_sigma_m = self.place_sigmas_m()[0];
         let solved = self

@@ -1,4 +1,4 @@
-//! The spectrum that every point's echo has in common, and its correlations.
+//! The spectrum common to the echoes of all points, and its correlations.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// Nodes of a correlation table per range resolution c/2B.
 const NODES_PER_CELL: f64 = 24.0;
 
-/// The common spectrum S(n) and functions of pairs of points by it.
+/// The common spectrum S(n), and correlations of the echoes of two points.
 #[derive(Clone, Debug)]
 pub(crate) struct Template {
     /// S(n), `[N]`.
@@ -26,7 +26,8 @@ pub(crate) struct Template {
 }
 
 impl Template {
-    /// Of the amplitudes `spectrum` at `frequency_hz`, for pairs up to `longest_m` apart.
+    /// The template with amplitudes `spectrum` at `frequency_hz`, for pairs of points up to `longest_m` apart
+    /// in range.
     pub fn new(
         spectrum: Vec<Complex64>,
         frequency_hz: &[f64],

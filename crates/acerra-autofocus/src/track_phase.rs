@@ -1,4 +1,4 @@
-//! First values of the phases by which tracks are turned against each other.
+//! Initial values of the phase offsets between tracks.
 //!
 //! Phases have no prior value, and steps of an estimate lead to the nearest maximum. All points agree on the
 //! phase between the sums of two tracks' echoes.
@@ -8,7 +8,8 @@ use crate::globals::Effect;
 use crate::model::Model;
 
 impl Problem<'_> {
-    /// Where a stage begins: with the phases of tracks as the points have them, if that explains more.
+    /// Start of a stage: track phases are initialised from the points' echoes where this explains more of the
+    /// data.
     pub fn begin(&self, model: Model, stage: Stage, guides: &[bool]) -> (Model, Seen) {
         let seen = self.seen(&model);
         if stage == Stage::Envelope || model.places.is_empty() {

@@ -13,7 +13,7 @@ const MEDIAN_SQUARE: f64 = 0.4549;
 const CORRELATED_SHARE: f64 = 0.1;
 
 impl Rows {
-    /// Weighs rows by their residuals: a scale for each point, Student weights within it.
+    /// Weights rows by their residuals: a scale for each point, and Student weights relative to that scale.
     pub fn weigh(&mut self, found: &Smoothed) {
         let squares: Vec<f64> = self
             .rows
@@ -39,8 +39,8 @@ impl Rows {
         }
     }
 
-    /// Widens each point's variances by how strongly its residuals correlate with the residuals of the next pulses:
-    /// correlated errors average out more slowly.
+    /// Increases each point's variances by the correlation of its residuals from pulse to pulse: correlated
+    /// errors average out more slowly.
     pub fn widen_by_correlation(&mut self, found: &Smoothed) {
         let lags = ((CORRELATED_SHARE * self.pulses as f64) as usize).max(1);
         for kind in [Kind::Phase, Kind::Delay] {

@@ -23,7 +23,7 @@ use crate::timeline::{AttitudeTrack, StatusTrack, gps_time, longest_rising};
 /// A position with its instant.
 type Timed = (GpsTime, PositionSample);
 
-/// What a recording makes.
+/// Output of a recording.
 pub struct Assembled {
     /// Positions with the attitudes at their times.
     pub trajectory: Trajectory,

@@ -1,4 +1,4 @@
-//! Which of a log's sources make the trajectory.
+//! Choice of the log's sources that make the trajectory.
 
 use std::borrow::Cow;
 
@@ -150,7 +150,7 @@ pub fn gimbal<'a>(
     match candidates.as_slice() {
         [] => Err(LogError::NoGimbal {
             format: recording.format,
-            expected: what_tells_a_gimbal(recording),
+            expected: expected_gimbal_records(recording),
         }),
         [one] => Ok(Some(Cow::Borrowed(*one))),
         [first, ..] => {
@@ -194,7 +194,7 @@ fn gimbal_names(recording: &Recording) -> Vec<String> {
     gimbals.chain(topics.filter(|_| is_topic)).collect()
 }
 
-fn what_tells_a_gimbal(recording: &Recording) -> String {
+fn expected_gimbal_records(recording: &Recording) -> String {
     match recording.format {
         LogFormat::ArduPilot => "records MNT with the actual roll, pitch and yaw".to_owned(),
         LogFormat::Px4 => "messages gimbal_device_attitude_status".to_owned(),

@@ -27,12 +27,12 @@ pub struct Collector {
     pub remarks: Vec<String>,
 }
 
-/// Where positions come from.
+/// Source of positions.
 #[derive(Debug, Clone, Copy)]
 pub struct Origin<'a> {
     /// Name of the source.
     pub name: &'a str,
-    /// What makes them.
+    /// Source of the samples.
     pub kind: SourceKind,
     /// As of [`PositionSource::rank`].
     pub rank: u8,
@@ -61,7 +61,7 @@ impl<'a> Origin<'a> {
 /// How a format gives the time.
 #[derive(Debug, Clone, Copy)]
 pub struct ClockSource {
-    /// How its readings come about.
+    /// Origin of the readings.
     pub kind: PairKind,
     /// What gives them.
     pub name: &'static str,

@@ -1,10 +1,10 @@
-//! Why a log cannot be used.
+//! Reasons why a log cannot be used.
 
 use acerra_geo::trajectory::TrajectoryError;
 
 use crate::format::LogFormat;
 
-/// Why a log cannot be used. Bytes count from 0.
+/// Reason why a log cannot be used. Bytes count from 0.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
@@ -29,11 +29,11 @@ pub enum LogError {
          the file at byte {offset} to use the data before it)"
     )]
     CutOff {
-        /// Where the record begins.
+        /// Offset at which the record begins.
         offset: u64,
         /// The record.
         what: String,
-        /// Its length (bytes).
+        /// Length (bytes).
         expected: u64,
         /// Bytes that are there.
         found: u64,
@@ -41,11 +41,11 @@ pub enum LogError {
     /// A record violates its format.
     #[error("byte {offset}: expected {expected}, found {found}")]
     Malformed {
-        /// Where the record begins.
+        /// Offset at which the record begins.
         offset: u64,
-        /// What was expected.
+        /// Content expected.
         expected: String,
-        /// What is there.
+        /// Content found.
         found: String,
     },
     /// Too much of the file belongs to no record.
@@ -88,7 +88,7 @@ pub enum LogError {
         what: &'static str,
         /// The key that names one.
         key: &'static str,
-        /// What the log holds.
+        /// Content of the log.
         names: Vec<String>,
     },
     /// The requested source is absent.
@@ -101,9 +101,9 @@ pub enum LogError {
         what: &'static str,
         /// The key that names it.
         key: &'static str,
-        /// What was asked for.
+        /// Request.
         wanted: String,
-        /// What the log holds.
+        /// Content of the log.
         names: Vec<String>,
     },
     /// A gimbal is requested of a log without one.
@@ -124,7 +124,7 @@ pub enum LogError {
         source_name: String,
         /// Its attitudes.
         samples: usize,
-        /// What is missing.
+        /// Missing part.
         why: &'static str,
     },
     /// Times without relation to GPS time.

@@ -167,8 +167,12 @@ mod tests {
             (16 | 32, YawFrom::Nose),
             (64, YawFrom::North),
         ] {
-            let (told, heading_rad) = found(DeviceStatus { flags, ..STATUS }).unwrap();
-            assert_eq!((told, heading_rad.abs() < 1e-12), (yaw, true), "{flags}");
+            let (yaw_found, heading_rad) = found(DeviceStatus { flags, ..STATUS }).unwrap();
+            assert_eq!(
+                (yaw_found, heading_rad.abs() < 1e-12),
+                (yaw, true),
+                "{flags}"
+            );
         }
         assert_eq!(
             found(DeviceStatus {
@@ -189,7 +193,7 @@ mod tests {
 
     #[test]
     fn the_sender_s_heading_counts_only_beside_the_flag_that_gives_it_a_meaning() {
-        let told = |flags, delta_yaw_rad| {
+        let yaw_of = |flags, delta_yaw_rad| {
             found(DeviceStatus {
                 flags,
                 delta_yaw_rad,
@@ -197,10 +201,10 @@ mod tests {
             })
             .unwrap()
         };
-        let (yaw, heading_rad) = told(32, 0.7);
+        let (yaw, heading_rad) = yaw_of(32, 0.7);
         assert!(yaw == YawFrom::North && (heading_rad - 0.7).abs() < 1e-12);
-        assert_eq!(told(32, 0.0).0, YawFrom::Nose);
-        let (yaw, heading_rad) = told(0, 0.7);
+        assert_eq!(yaw_of(32, 0.0).0, YawFrom::Nose);
+        let (yaw, heading_rad) = yaw_of(0, 0.7);
         assert!(yaw == YawFrom::Nose && heading_rad.abs() < 1e-12);
     }
 

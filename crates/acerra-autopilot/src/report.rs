@@ -8,9 +8,9 @@ use crate::sample::{Damage, HeightDatum, PairKind, SourceKind};
 /// A source of positions in a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceSummary {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What makes its positions.
+    /// Source of the positions.
     pub kind: SourceKind,
     /// Positions.
     pub positions: usize,
@@ -19,7 +19,7 @@ pub struct SourceSummary {
 /// A source of attitudes in a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AttitudeSummary {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Attitudes.
     pub attitudes: usize,
@@ -36,7 +36,7 @@ pub struct ClockSummary {
     pub rate_ppm: f64,
     /// Nine tenths of the readings lie within this (s) of the line.
     pub spread_s: f64,
-    /// How the readings came about.
+    /// Origin of the readings.
     pub kind: PairKind,
 }
 
@@ -140,24 +140,24 @@ pub enum LogWarning {
     },
     /// Positions whose height counts from something else than the others'.
     OtherDatumLeftOut {
-        /// How many.
+        /// Count.
         count: usize,
     },
     /// Records of a receiver that had no position.
     WithoutPosition {
         /// The source.
         source: String,
-        /// How many.
+        /// Count.
         count: usize,
     },
     /// Positions whose time does not go with the log's other readings of the clocks.
     OtherTimeLeftOut {
-        /// How many.
+        /// Count.
         count: usize,
     },
     /// Positions whose time does not advance.
     TimesRepeated {
-        /// How many.
+        /// Count.
         count: usize,
     },
     /// Positions that are no carrier-phase solutions with fixed ambiguities.
@@ -181,9 +181,9 @@ pub enum LogWarning {
     },
     /// Clock readings of another time.
     ClockReadingsLeftOut {
-        /// How many.
+        /// Count.
         count: usize,
-        /// Of how many.
+        /// Total.
         total: usize,
     },
     /// Times of a clock of the log without relation to GPS time.
@@ -192,41 +192,41 @@ pub enum LogWarning {
     NoAttitude,
     /// Positions without an attitude near enough in time.
     AttitudeGaps {
-        /// How many.
+        /// Count.
         count: usize,
-        /// Of how many.
+        /// Total.
         total: usize,
     },
     /// Positions without an attitude of the gimbal near enough in time.
     GimbalGaps {
-        /// How many.
+        /// Count.
         count: usize,
-        /// Of how many.
+        /// Total.
         total: usize,
     },
     /// Records of a gimbal without an attitude.
     GimbalWithoutAttitude {
         /// The source.
         source: String,
-        /// How many.
+        /// Count.
         count: usize,
     },
     /// Attitudes of a gimbal that count from the vehicle's nose, whose heading is unknown at their time.
     GimbalWithoutHeading {
         /// The source.
         source: String,
-        /// How many.
+        /// Count.
         count: usize,
-        /// Of how many.
+        /// Total.
         total: usize,
     },
     /// Attitudes at which the gimbal reports a failure of its sensing.
     GimbalFailing {
         /// The source.
         source: String,
-        /// How many.
+        /// Count.
         count: usize,
-        /// Of how many.
+        /// Total.
         total: usize,
     },
     /// Attitudes of a gimbal that the autopilot gives, measured or not.

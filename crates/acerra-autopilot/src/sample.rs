@@ -24,7 +24,7 @@ pub enum HeightDatum {
     SeaLevel,
 }
 
-/// Where a sample was.
+/// Place of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
     /// On the Earth; with the datum of its height.
@@ -85,7 +85,7 @@ pub struct AttitudeSample {
     pub attitude: Attitude,
 }
 
-/// What makes positions.
+/// Source of positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SourceKind {
     /// A GNSS receiver.
@@ -106,9 +106,9 @@ impl std::fmt::Display for SourceKind {
 /// Positions of one source, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionSource {
-    /// Its name, unique in the log.
+    /// Name, unique in the log.
     pub name: String,
-    /// What makes them.
+    /// Source of the samples.
     pub kind: SourceKind,
     /// Of several of a kind the lowest rank is used; the user chooses among those of one rank.
     pub rank: u8,
@@ -121,7 +121,7 @@ pub struct PositionSource {
 /// Attitudes of one source, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AttitudeSource {
-    /// Its name, unique in the log.
+    /// Name, unique in the log.
     pub name: String,
     /// As of [`PositionSource::rank`].
     pub rank: u8,
@@ -183,7 +183,7 @@ impl GimbalSample {
 /// Attitudes of one gimbal, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GimbalSource {
-    /// Its name, unique in the log.
+    /// Name, unique in the log.
     pub name: String,
     /// Of several kinds of message the one of lowest rank is taken.
     pub rank: u8,
@@ -202,7 +202,7 @@ pub struct ClockPair {
     pub gps: GpsTime,
 }
 
-/// How the readings of the clocks come about.
+/// Origin of the readings of the clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PairKind {
     /// The autopilot's clock at the arrival of a message that the receiver made some time before.
@@ -214,7 +214,7 @@ pub enum PairKind {
 /// Bytes that belong to no record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Damage {
-    /// How many.
+    /// Count.
     pub bytes: u64,
     /// Stretches of them.
     pub places: u64,
@@ -246,7 +246,7 @@ pub struct Recording {
     pub gimbals: Vec<GimbalSource>,
     /// Readings of the autopilot's clock with GPS time.
     pub pairs: Vec<ClockPair>,
-    /// How they came about.
+    /// Origin of the readings.
     pub pair_kind: PairKind,
     /// Records that give such readings in this format.
     pub pair_source: &'static str,

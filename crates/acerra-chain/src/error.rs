@@ -1,4 +1,4 @@
-//! Why a run ends without an image.
+//! Reasons why a run ends without an image.
 
 use crate::align::AlignError;
 use crate::align::calibration::CalibrationError;

@@ -17,7 +17,7 @@ use crate::align::overlap::check_clocks;
 use crate::align::plane::{GroundFound, find_ground};
 use crate::align::radar_surface::{RadarSurfaceError, SeenTrack, radar_surface};
 use crate::align::recording::Recording;
-use crate::align::uncovered::tell_uncovered;
+use crate::align::uncovered::warn_of_uncovered;
 use crate::choices::{Background, Gate, Select};
 use crate::clean::{Cleaned, CleanedTraces, clean, filtered, zero_s};
 use crate::control::Control;
@@ -53,7 +53,7 @@ pub struct Prepared {
     pub scene: Scene,
     /// The selected traces of all tracks and their places, track after track.
     pub aligned: Aligned,
-    /// Their clean, calibrated spectra.
+    /// Clean, calibrated spectra of the traces.
     pub spectrum: Spectrum,
     /// The permittivity of the ground, where it was found from the data.
     pub permittivity: Option<PermittivityFound>,
@@ -64,19 +64,19 @@ pub struct Prepared {
 /// Data on a track, in addition to its traces and spectra.
 #[derive(Clone, Debug)]
 pub struct Track {
-    /// What it is called.
+    /// Name of the track.
     pub name: String,
-    /// What the radar measured, in words.
+    /// Label of the radar's data.
     pub radar: RadarLabel,
     /// Traces in its log.
     pub traces_in_log: usize,
-    /// Its lever arm: forward, left, up (m).
+    /// Lever arm of the track's antenna: forward, left, up (m).
     pub lever_arm_m: [f64; 3],
-    /// Its positions, in the first track's frame.
+    /// Positions of the track, in the first track's frame.
     pub positions: Positions,
     /// Whether a file gives the positions in a local frame whose axes nothing confirms.
     pub has_local_axes: bool,
-    /// Which sources of an autopilot's log the positions are.
+    /// Sources of an autopilot's log that the positions are from.
     pub log_sources: LogSources,
     /// Whether its log states no times: traces are numbered.
     pub is_untimed: bool,
@@ -84,13 +84,13 @@ pub struct Track {
     pub resolution_m: Option<[f64; 3]>,
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
-    /// How the offset was found, when it was not given.
+    /// Search of the offset, where it was not given.
     pub search: Option<OffsetSearch>,
     /// The clock recorded with the radar log, where the offset is by this clock.
     pub recorded_clock: Option<LoggedClock>,
     /// Likelihood of every offset by height and motion, where these depend on the offset.
     pub likelihood: Option<OffsetLikelihood>,
-    /// How the fast time at which range is zero was found, where the campaign left it open.
+    /// Search of the fast time at which range is zero, where the campaign left that time open.
     pub delay: Option<DelayFound>,
     /// The gate in force.
     pub gate_ns: Gate,
@@ -98,7 +98,7 @@ pub struct Track {
     pub is_calibrated: bool,
     /// Background subtracted from its traces.
     pub background: Background,
-    /// Its traces before and after cleaning; none where the log holds spectra.
+    /// Traces of the track before and after cleaning; none where the log holds spectra.
     pub cleaned: Option<CleanedTraces>,
     /// Delay and phase taken off.
     pub calibration: TrackCalibration,
@@ -161,7 +161,7 @@ pub fn prepare(
         }
         let settled = settle_ground(&recordings, scene, control);
         if let (Err(ChainError::Ground(_)), Some(first)) = (&settled, recordings.first()) {
-            tell_uncovered(first, warnings);
+            warn_of_uncovered(first, warnings);
         }
         settled
     })?;
@@ -173,7 +173,7 @@ pub fn prepare(
                 let flight = flight_of(recording, &scene);
                 let clocked = align_clocks(flight, &recording.options, warnings, control);
                 if let Err(ClockError::Offset(_)) = &clocked {
-                    tell_uncovered(recording, warnings);
+                    warn_of_uncovered(recording, warnings);
                 }
                 Ok(clocked?)
             })
@@ -447,7 +447,7 @@ impl Prepared {
         self.tracks.iter().map(|track| track.traces_in_log).sum()
     }
 
-    /// What images are made of.
+    /// Input of the imaging.
     #[must_use]
     pub fn echoes(&self) -> Echoes<'_> {
         Echoes {

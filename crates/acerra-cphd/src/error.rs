@@ -1,8 +1,8 @@
-//! Why phase history data cannot be written or read.
+//! Reasons why phase history data cannot be written or read.
 
 use std::io;
 
-/// Why phase history data cannot be written.
+/// Reason why phase history data cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
@@ -22,7 +22,7 @@ pub enum WriteError {
         name: String,
         /// Kind of the shortage.
         what: &'static str,
-        /// How many there are.
+        /// Number present.
         found: usize,
     },
     /// Arrays that do not belong together.
@@ -30,7 +30,7 @@ pub enum WriteError {
     Length {
         /// The channel.
         name: String,
-        /// What the array holds.
+        /// Content of the array.
         what: &'static str,
         /// Values it should hold.
         expected: usize,
@@ -42,7 +42,7 @@ pub enum WriteError {
     NotFinite {
         /// The channel.
         name: String,
-        /// What the array holds.
+        /// Content of the array.
         what: &'static str,
         /// Index of the value.
         index: usize,
@@ -83,7 +83,7 @@ pub enum WriteError {
     Io(#[from] io::Error),
 }
 
-/// Why phase history data cannot be read.
+/// Reason why phase history data cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -96,11 +96,11 @@ pub enum ReadError {
     /// The header is broken.
     #[error("header, byte {byte}: expected {expected}, found {found:?}")]
     Header {
-        /// Where the line begins.
+        /// Offset at which the line begins.
         byte: u64,
-        /// What was expected.
+        /// Content expected.
         expected: String,
-        /// What there is.
+        /// Content found.
         found: String,
     },
     /// A block that does not lie in the file.
@@ -129,19 +129,19 @@ pub enum ReadError {
     Element {
         /// The element.
         path: String,
-        /// What was expected.
+        /// Content expected.
         expected: String,
-        /// What there is.
+        /// Content found.
         found: String,
     },
     /// Data of a kind that cannot be used.
     #[error("{what}: expected {expected}, found {found}")]
     Unsupported {
-        /// Which property.
+        /// Name of the property.
         what: &'static str,
-        /// What can be used.
+        /// Values that can be used.
         expected: &'static str,
-        /// What there is.
+        /// Content found.
         found: String,
     },
     /// A channel that is not there.
@@ -159,7 +159,7 @@ pub enum ReadError {
         channel: String,
         /// The most that is taken.
         limit: usize,
-        /// How many there are.
+        /// Number present.
         found: u64,
     },
     /// A parameter of a pulse that cannot be.
@@ -173,9 +173,9 @@ pub enum ReadError {
         vector: usize,
         /// The parameter.
         parameter: &'static str,
-        /// What was expected.
+        /// Content expected.
         expected: &'static str,
-        /// What there is.
+        /// Content found.
         found: String,
     },
     /// A value that is no number.

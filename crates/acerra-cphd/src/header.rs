@@ -38,7 +38,7 @@ impl Block {
     }
 }
 
-/// Where the blocks of a file lie.
+/// Offsets of the blocks of a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Header {
     pub xml: Block,

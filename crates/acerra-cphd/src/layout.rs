@@ -58,7 +58,7 @@ pub fn is_cphd(head: &[u8]) -> bool {
     head.starts_with(SIGNATURE)
 }
 
-/// How a sample is stored.
+/// Storage format of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampleFormat {
     /// Two signed bytes.

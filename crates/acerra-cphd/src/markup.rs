@@ -14,7 +14,7 @@ impl Markup {
         self.within_with(name, &[], content);
     }
 
-    /// The same with attributes.
+    /// The element with attributes.
     pub fn within_with(
         &mut self,
         name: &str,
@@ -32,7 +32,7 @@ impl Markup {
         self.value_with(name, &[], value);
     }
 
-    /// The same with attributes.
+    /// The element with attributes.
     pub fn value_with(&mut self, name: &str, attributes: &[(&str, String)], value: impl Display) {
         self.open(name, attributes);
         self.text.push_str(&escaped(&value.to_string()));

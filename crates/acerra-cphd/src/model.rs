@@ -36,7 +36,7 @@ pub struct Description {
 /// The pulses of one track.
 #[derive(Clone, Debug)]
 pub struct Channel<'a> {
-    /// Its name; unique in its file.
+    /// Name, unique in the file.
     pub name: String,
     /// Time of each pulse, `[M]`, rising (s).
     pub time_s: Vec<f64>,
@@ -57,7 +57,7 @@ pub struct EvenFrequencies {
     pub first_hz: f64,
     /// Spacing (Hz), positive.
     pub step_hz: f64,
-    /// How many there are.
+    /// Number present.
     pub count: usize,
 }
 

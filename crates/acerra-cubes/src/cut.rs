@@ -39,7 +39,7 @@ impl Stored for Complex32 {
     }
 }
 
-/// How an array is cut.
+/// Division of an array into chunks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut<'a> {
     pub shape: &'a [usize],

@@ -60,7 +60,7 @@ pub enum Values<'a> {
 }
 
 impl Values<'_> {
-    /// How many there are.
+    /// Number present.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -117,13 +117,13 @@ impl From<Vec<i32>> for Values<'_> {
 /// An array over dimensions, or a single value without dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable<'a> {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Names of its dimensions, the slowest first.
     pub dimensions: Vec<String>,
-    /// Its values.
+    /// Values.
     pub values: Values<'a>,
-    /// Its attributes, in order.
+    /// Attributes, in order.
     pub attributes: Vec<(String, Attribute)>,
 }
 

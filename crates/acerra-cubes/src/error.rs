@@ -1,9 +1,9 @@
-//! Why arrays cannot be written or read.
+//! Reasons why arrays cannot be written or read.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why arrays cannot be written or read.
+/// Reason why arrays cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CubeError {

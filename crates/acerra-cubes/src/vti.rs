@@ -60,7 +60,7 @@ impl VtiGrid {
 pub struct VtiWriter<W> {
     out: W,
     grid: VtiGrid,
-    /// Where the appended data begin.
+    /// Offset at which the appended data begin.
     data_at: u64,
     slices: usize,
 }
@@ -94,7 +94,7 @@ impl<W: Write + Seek> VtiWriter<W> {
     /// Writes the next slice, row by row.
     ///
     /// # Errors
-    /// Another number of values than a slice has, a slice too many, errors of the writer.
+    /// The number of values differs from that of a slice, there is a slice too many, or the writer fails.
     pub fn slice(&mut self, image: &[Complex32]) -> Result<(), CubeError> {
         self.check_length(image.len())?;
         if self.slices == self.grid.points[2] {
@@ -114,7 +114,7 @@ impl<W: Write + Seek> VtiWriter<W> {
     /// Writes the heights of the slice that is next.
     ///
     /// # Errors
-    /// Another number of values than a slice has, a grid without heights, errors of the writer.
+    /// The number of values differs from that of a slice, the grid has no heights, or the writer fails.
     pub fn heights_m(&mut self, heights_m: &[f64]) -> Result<(), CubeError> {
         self.check_length(heights_m.len())?;
         if !self.grid.has_heights {
@@ -149,7 +149,7 @@ impl<W: Write + Seek> VtiWriter<W> {
         Ok(self.out.write_all(&bytes)?)
     }
 
-    /// Where the values of an array begin.
+    /// Offset at which the values of an array begin.
     fn array_at(&self, array: usize) -> u64 {
         self.data_at + array as u64 * (LENGTH_BYTES + self.array_bytes()) + LENGTH_BYTES
     }

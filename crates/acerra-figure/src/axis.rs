@@ -1,6 +1,6 @@
 //! Axes: quantity, unit and range.
 
-/// How values are spread along an axis.
+/// Scale of the values along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AxisScale {
     /// Evenly.
@@ -15,7 +15,7 @@ pub enum AxisScale {
 pub struct Axis {
     /// The quantity.
     pub label: String,
-    /// Its unit; may be empty for pure numbers.
+    /// Unit; may be empty for pure numbers.
     pub unit: String,
     /// Linear or logarithmic.
     pub scale: AxisScale,

@@ -4,7 +4,7 @@
 /// nodes from edge to edge of the image along both axes, and bilinear between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisplayGain {
-    /// Its caption for the colour bar.
+    /// Caption for the colour bar.
     pub name: String,
     gain_db: Vec<f64>,
 }

@@ -19,7 +19,7 @@ pub enum FigureError {
     NothingToDraw {
         /// The figure or array.
         what: &'static str,
-        /// Why it is empty.
+        /// Reason why it is empty.
         reason: &'static str,
     },
     /// The PNG could not be made.

@@ -36,7 +36,7 @@ pub struct SurveyMark {
     pub x_m: f64,
     /// North or across-track coordinate in metres.
     pub y_m: f64,
-    /// Its name.
+    /// Name.
     pub label: String,
     /// Distance to its target, in metres; none where it has no target.
     pub target_distance_m: Option<f64>,

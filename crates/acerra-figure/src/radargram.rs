@@ -15,7 +15,7 @@ use rayon::prelude::*;
 /// A curve of fast time over the traces, drawn on a radargram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FastTimeCurve {
-    /// Its name in the legend; equal names are listed once, empty ones not at all.
+    /// Name in the legend; equal names are listed once, empty ones not at all.
     pub label: String,
     /// One fast time per trace, in nanoseconds; NaN leaves a gap.
     pub fast_time_ns: Vec<f64>,

@@ -5,7 +5,7 @@ use super::colour::Colour;
 /// One series of a line plot.
 #[derive(Clone, Debug)]
 pub struct Series<'a> {
-    /// Its name in the legend; a series without a name is not listed.
+    /// Name in the legend; a series without a name is not listed.
     pub label: String,
     /// Abscissae.
     pub x: &'a [f64],
@@ -23,7 +23,7 @@ pub struct Series<'a> {
     pub line_px: f32,
     /// Whether the line is dashed.
     pub dashed: bool,
-    /// Its colour; by its place in the plot where not given.
+    /// Colour; by the place of the series in the plot where not given.
     pub colour: Option<Colour>,
 }
 
@@ -94,9 +94,9 @@ impl<'a> Series<'a> {
 pub struct Span {
     /// Where it begins and ends.
     pub x: [f64; 2],
-    /// Its colour.
+    /// Colour.
     pub colour: Colour,
-    /// Its name in the legend; equal names are listed once, empty ones not at all.
+    /// Name in the legend; equal names are listed once, empty ones not at all.
     pub label: String,
 }
 

@@ -12,7 +12,7 @@ use super::ticks::Tick;
 pub struct TimelineRow {
     /// The state, written at the left.
     pub label: String,
-    /// Its colour.
+    /// Colour.
     pub colour: Colour,
     /// Begin and end of each stretch.
     pub stretches: Vec<[f64; 2]>,

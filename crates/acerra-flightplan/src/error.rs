@@ -1,6 +1,6 @@
-//! Why there is no plan.
+//! Reasons for the absence of a plan.
 
-/// Why a plan file gives no plan. The caller adds the file's path.
+/// Reason why a plan file gives no plan. The caller adds the file's path.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
@@ -14,9 +14,9 @@ pub enum PlanError {
         table: &'static str,
         /// The key.
         key: &'static str,
-        /// What is possible.
+        /// Possible values.
         expected: &'static str,
-        /// What the file says.
+        /// Statement of the file.
         found: String,
     },
     /// A raster of heights that cannot be read.
@@ -24,7 +24,7 @@ pub enum PlanError {
     Terrain {
         /// The file.
         path: std::path::PathBuf,
-        /// What is wrong with it.
+        /// Fault of the input.
         cause: String,
     },
     /// A mission that cannot be written.

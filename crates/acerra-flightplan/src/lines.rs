@@ -18,7 +18,7 @@ pub struct Line {
     pub start_m: f64,
     /// Where it ends (m); before `start_m` when it is flown against the heading.
     pub end_m: f64,
-    /// Its corners, east and north of home (m); two for a straight line.
+    /// Corners, east and north of home (m); two for a straight line.
     pub waypoints_m: Vec<[f64; 2]>,
 }
 

@@ -17,7 +17,7 @@ const HEIGHTS: usize = 55;
 /// A plan that can be flown.
 #[derive(Clone, Debug)]
 pub struct FlightPlan {
-    /// What was asked for.
+    /// Request.
     pub file: PlanFile,
     /// East, north, up about home.
     pub frame: EnuFrame,
@@ -46,7 +46,7 @@ pub struct Summary {
     pub speed_m_s: f64,
     /// Direction of the lines, clockwise from north (degrees).
     pub heading_deg: f64,
-    /// How many lines.
+    /// Number of lines.
     pub lines: usize,
     /// Distance between them (m).
     pub track_spacing_m: Option<f64>,
@@ -160,7 +160,7 @@ impl FlightPlan {
             track_length_m: lengths().fold(0.0, f64::max),
             total_length_m: lengths().sum(),
             swath_m: ends,
-            swath_ends: swath.far_limit.says(),
+            swath_ends: swath.far_limit.reason(),
             half_view_deg: view.half_rad.to_degrees(),
             step_m,
             longest_step_m: view.longest_step_m,

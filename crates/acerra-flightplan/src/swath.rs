@@ -111,7 +111,7 @@ impl Swath {
                 "{:.2} m across the track cannot be had from {height_m:.1} m: {} at {far_m:.1} m \
                  from the line, where it is {finest_m:.2} m",
                 want.across_m,
-                far_limit.says(),
+                far_limit.reason(),
             )));
         }
         let coarse = |d: f64| across(d).is_ok_and(|a| a > want.across_m);
@@ -148,7 +148,7 @@ impl Swath {
 }
 
 impl FarLimit {
-    pub(super) const fn says(self) -> &'static str {
+    pub(super) const fn reason(self) -> &'static str {
         match self {
             Self::Beam => "the beam ends",
             Self::Noise => "the echo drowns in noise",

@@ -6,7 +6,7 @@ use proj4rs::adaptors::transform_xyz;
 use crate::geodesy::Geodetic;
 use crate::utm::{utm_from_geodetic, utm_zone};
 
-/// Why coordinates of a system cannot be computed.
+/// Reason why coordinates of a system cannot be computed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CrsError {
@@ -23,7 +23,7 @@ pub enum CrsError {
     UnusableCrs {
         /// The code.
         code: u32,
-        /// Why not.
+        /// Reason.
         reason: String,
     },
     /// A place outside of the area in which a system is defined.
@@ -113,7 +113,7 @@ impl EpsgCrs {
         Ok(Self { code, kind })
     }
 
-    /// Its code.
+    /// Code.
     #[must_use]
     pub fn epsg(&self) -> u16 {
         self.code

@@ -150,7 +150,7 @@ impl EnuFrame {
         }
     }
 
-    /// Where the frame is.
+    /// Place of the frame.
     #[must_use]
     pub const fn origin(&self) -> &Geodetic {
         &self.origin

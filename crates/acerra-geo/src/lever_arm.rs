@@ -40,7 +40,7 @@ pub struct LeverArmReport {
     pub vertical: usize,
 }
 
-/// Why a lever arm cannot be applied.
+/// Reason why a lever arm cannot be applied.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LeverArmError {

@@ -14,7 +14,7 @@ use crate::trajectory::{Frame, TimeOrigin, Trajectory};
 /// columns without a single value are left out.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_trajectory_csv(mut out: impl Write, trajectory: &Trajectory) -> io::Result<()> {
     if let Frame::Enu(frame) = trajectory.frame() {
         let o = frame.origin();
@@ -97,7 +97,7 @@ fn numbers<T: std::fmt::Display, const N: usize>(
 /// Cells that are not known are empty.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_positions_csv(
     mut out: impl Write,
     positions: &[Interpolated],

@@ -23,7 +23,7 @@ impl Collector {
         self.events.push(event);
     }
 
-    /// Sorts, and merges epochs whose tags are one epoch; of a satellite in both the first stays.
+    /// Sorts the epochs, and merges epochs of equal tags; the first of two records of a satellite is kept.
     pub(crate) fn finish(mut self, data: &mut ObservationData, report: &mut ReadReport) {
         for pair in self.epochs.windows(2) {
             if pair[1].1.time < pair[0].1.time {

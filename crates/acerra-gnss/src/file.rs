@@ -23,10 +23,10 @@ use crate::rtcm::{self, RtcmHints, RtcmLog, read_rtcm};
 use crate::sniff::{SNIFF_BYTES, sniff};
 use crate::ubx::{self, UbxLog, read_ubx};
 
-/// What a GNSS file held.
+/// Contents of a GNSS file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GnssFile {
-    /// Recognised kind of its content, inside any gzip.
+    /// Recognised kind of the content, inside any gzip.
     pub kind: FileKind,
     /// Observations, with one signal per frequency slot; `None` for navigation files.
     pub observations: Option<ObservationData>,
@@ -57,8 +57,8 @@ pub struct GnssFile {
 /// ```
 ///
 /// # Errors
-/// [`ReadError::WrongKind`] for content of another kind, [`ReadError::Empty`], and whatever the
-/// reader of the kind found says.
+/// [`ReadError::WrongKind`] for content of another kind, [`ReadError::Empty`], and any error of the reader of
+/// the kind found.
 pub fn read_gnss(reader: impl Read, limits: Limits) -> Result<GnssFile, ReadError> {
     read_gnss_near(reader, limits, &RtcmHints::default())
 }
@@ -113,7 +113,7 @@ fn read_zip(archive: &[u8], limits: Limits, hints: &RtcmHints) -> Result<GnssFil
     each_member(archive, |name, content| {
         let mut file = match read_member(content, limits, hints) {
             Ok(file) => file,
-            // Solutions, notes and pictures come along.
+            // Other members, such as solutions, notes and pictures, are ignored.
             Err(ReadError::WrongKind { .. } | ReadError::Empty) => return Ok(()),
             Err(cause) => return Err(problem(format!("{name:?}: {cause}"))),
         };
@@ -194,7 +194,7 @@ pub fn read_navigation(
     }
 }
 
-/// Looks at the beginning of a stream; it is handed back with the rest.
+/// Reads the beginning of a stream, and returns it with a reader of the whole stream.
 fn peek<R: Read>(mut reader: R) -> Result<(FileKind, Vec<u8>, R), ReadError> {
     let mut head = Vec::new();
     reader
@@ -216,34 +216,16 @@ fn read_kind(
     match kind {
         FileKind::RinexObservation => {
             let lines = Lines::new(BufReader::new(reader), limits);
-            let (observations, report) = observations_of(lines, "")?;
-            Ok(GnssFile {
-                kind,
-                observations: Some(observations),
-                navigation: None,
-                report,
-            })
+            Ok(observation_file(kind, observations_of(lines, "")?))
         }
         FileKind::Crinex => {
             let lines = CrinexLines::new(Lines::new(BufReader::new(reader), limits))?;
             let suffix = format!(", Hatanaka {}", lines.version());
-            let (observations, report) = observations_of(lines, &suffix)?;
-            Ok(GnssFile {
-                kind,
-                observations: Some(observations),
-                navigation: None,
-                report,
-            })
+            Ok(observation_file(kind, observations_of(lines, &suffix)?))
         }
         FileKind::RinexNavigation => {
             let mut lines = Lines::new(BufReader::new(reader), limits);
-            let (navigation, report) = read_navigation_lines(&mut lines)?;
-            Ok(GnssFile {
-                kind,
-                observations: None,
-                navigation: Some(navigation),
-                report,
-            })
+            Ok(navigation_file(kind, read_navigation_lines(&mut lines)?))
         }
         FileKind::Sp3 => {
             let mut lines = Lines::new(BufReader::new(reader), limits);
@@ -261,19 +243,33 @@ fn read_kind(
     }
 }
 
-fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)) -> GnssFile {
+fn observation_file(kind: FileKind, (data, report): (ObservationData, ReadReport)) -> GnssFile {
     GnssFile {
         kind,
-        observations: None,
-        navigation: Some(Navigation {
-            precise,
-            ..Navigation::default()
-        }),
+        observations: Some(data),
+        navigation: None,
         report,
     }
 }
 
-/// Everything that a reader gives, within the limits.
+fn navigation_file(kind: FileKind, (data, report): (Navigation, ReadReport)) -> GnssFile {
+    GnssFile {
+        kind,
+        observations: None,
+        navigation: Some(data),
+        report,
+    }
+}
+
+fn precise_file(kind: FileKind, (precise, report): (PreciseProducts, ReadReport)) -> GnssFile {
+    let navigation = Navigation {
+        precise,
+        ..Navigation::default()
+    };
+    navigation_file(kind, (navigation, report))
+}
+
+/// The whole content of a reader, within the limits.
 fn whole(reader: impl Read, limits: Limits) -> Result<Vec<u8>, ReadError> {
     let mut log = Vec::new();
     let mut reader = reader.take(limits.max_bytes.saturating_add(1));
@@ -287,7 +283,7 @@ fn whole(reader: impl Read, limits: Limits) -> Result<Vec<u8>, ReadError> {
     Ok(log)
 }
 
-/// A log of UBX frames, RTCM 3 messages, or both from one port: the protocol counts that brings observations.
+/// A log of UBX frames, RTCM 3 messages, or both from one port: the protocol with observations counts.
 fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
     let observes = |file: &GnssFile| {
         let observations = file.observations.as_ref();
@@ -313,7 +309,7 @@ fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile
         }
         return Ok(file);
     }
-    // Messages of raw data that hold none, of a receiver without a fix, are another matter.
+    // Raw messages without measurements, from a receiver without a fix, give another error.
     let is_raw = |piece: ubx::frame::Piece<'_>| match piece {
         ubx::frame::Piece::Frame(frame) => matches!(
             (frame.class, frame.id),

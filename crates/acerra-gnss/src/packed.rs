@@ -1,4 +1,4 @@
-//! Packed files: gzip, UNIX `compress`, and zip archives as services and receivers hand them out.
+//! Packed files: gzip, UNIX `compress`, and zip archives of services and receivers.
 
 use std::io::{Cursor, Error, ErrorKind, Read};
 use std::sync::Arc;
@@ -8,9 +8,9 @@ use zip::ZipArchive;
 
 use crate::input::ReadError;
 
-/// Largest unpacked size of any file, in bytes, and largest ratio to the packed length beyond that: logs
-/// shrink to a half, texts to a tenth.
+/// Unpacked size (bytes) that is always accepted.
 const FREE_BYTES: u64 = 16 << 20;
+/// Largest ratio of unpacked to packed size beyond that: logs shrink to a half, texts to a tenth.
 const MOST_TIMES: u64 = 16;
 
 /// Largest number of members of an archive that are read.
@@ -44,8 +44,8 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// Output of a decoder. It ends where the packed stream is cut off, instead of failing, and notes that; it
-/// fails where a small file unpacks without end.
+/// Output of a decoder. The output ends where the packed stream is cut off, which is recorded instead of
+/// failing; it fails where a small file unpacks without end.
 pub(crate) struct Unpacked<R> {
     inner: R,
     packed: Arc<AtomicU64>,

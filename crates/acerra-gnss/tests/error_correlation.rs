@@ -51,8 +51,9 @@ fn flown(set: &Set, base_ecef_m: [f64; 3], place_ecef_m: [f64; 3]) -> Option<Flo
 
 /// Correlation of errors `lag` epochs apart: as they are, and as the covariance function says.
 fn correlation(solution: &PpkSolution, errors: &[(usize, [f64; 3])], lag: usize) -> [f64; 2] {
+    let known = solution.summary.error_correlation.as_ref().unwrap();
     let trace = |a: usize, b: usize| {
-        let c = solution.error_covariance_ecef_m2(a, b).unwrap();
+        let c = known.covariance_ecef_m2(&solution.epochs[a], &solution.epochs[b]);
         c[0][0] + c[1][1] + c[2][2]
     };
     let (mut found, mut stated) = ([0.0; 2], [0.0; 2]);

@@ -19,7 +19,7 @@ pub(crate) fn check_length(
     }
 }
 
-/// Refuses values of which one is NaN or infinite.
+/// Refuses an array that contains NaN or an infinite value.
 pub(crate) fn check_finite(
     what: &'static str,
     mut values: impl Iterator<Item = f64>,
@@ -30,14 +30,14 @@ pub(crate) fn check_finite(
     }
 }
 
-/// Farthest place (m) from the origin of the frame: fifteen times the Earth's radius. Double precision resolves 15 nm
-/// there, and ranges counted in bins of a table are whole numbers that a computer has.
+/// Farthest place (m) from the origin of the frame: fifteen times the Earth's radius. Double precision
+/// resolves 15 nm at this distance, and bin numbers of range tables fit into 64-bit integers.
 const FARTHEST_M: f64 = 1e8;
 
 /// Smallest pixel (m): below a thousandth of any radar's wavelength.
 const SMALLEST_PIXEL_M: f64 = 1e-6;
 
-/// Refuses places of which one has a coordinate that is no number or is farther than any flight.
+/// Refuses a place with a coordinate that is not a number or is beyond [`FARTHEST_M`].
 pub(crate) fn check_places<'a>(
     what: &'static str,
     places: impl IntoIterator<Item = &'a [f64; 3]>,
@@ -57,7 +57,8 @@ pub(crate) fn check_places<'a>(
     Ok(())
 }
 
-/// Refuses the side of a pixel, or the step of slices, that is not positive, too small or farther than any flight.
+/// Refuses the side of a pixel, or the step of slices, that is not positive, below [`SMALLEST_PIXEL_M`] or
+/// beyond [`FARTHEST_M`].
 pub(crate) fn check_pixel(what: &'static str, found: f64) -> Result<(), ImagingError> {
     check_positive(what, "above 0 m", found)?;
     if (SMALLEST_PIXEL_M..=FARTHEST_M).contains(&found) {

@@ -1,8 +1,9 @@
-//! Coherent sums of traces along a curve of fast time, at every delay of an even set: what a search over delays
-//! asks for at each place that an echo may come from.
+//! Coherent sums of traces along a curve of fast time, at every delay of an even set: the quantity that a
+//! search over delays evaluates at each possible place of an echo.
 //!
-//! The traces are resampled so that a delay is a whole number of samples, and every such number of samples
-//! is stored apart: values at consecutive delays are neighbours, wherever in fast time they start.
+//! The traces are resampled so that the delay step is a whole number of samples, and samples are stored by
+//! their remainder modulo that number: values at consecutive delays are adjacent, whatever the fast time of
+//! the first.
 
 use num_complex::Complex32;
 
@@ -33,7 +34,7 @@ pub struct Delays {
     pub start_s: f64,
     /// Spacing (s), above 0.
     pub step_s: f64,
-    /// How many.
+    /// Number of delays.
     pub count: usize,
 }
 
@@ -42,9 +43,9 @@ pub struct Delays {
 pub struct EchoCurve<'a> {
     /// Numbers of the traces.
     pub trace: &'a [usize],
-    /// Weight of each.
+    /// Weight of each trace.
     pub weight: &'a [f64],
-    /// Fast time of each without a delay (s).
+    /// Fast time of the echo in each trace at zero delay (s).
     pub time_s: &'a [f64],
 }
 
@@ -87,10 +88,11 @@ pub struct DelaySums {
     /// Earliest fast time of the table, and first delay (s).
     start_s: f64,
     first_delay_s: f64,
-    /// Spacing of the table (s), and its samples from one delay to the next.
+    /// Spacing of the table (s).
     step_s: f64,
+    /// Samples of the table from one delay to the next.
     a_delay: usize,
-    /// Places at which a curve meets the record at some delay.
+    /// Number of samples of fast time at which a curve meets the record at some delay.
     places: f64,
     /// Numbers of a row.
     row: usize,
@@ -99,9 +101,9 @@ pub struct DelaySums {
 }
 
 impl DelaySums {
-    /// Arranges traces. Between samples they are taken as straight lines, beyond the record as zero. The spacing
-    /// of the table is that of the samples or a little less, so that the table holds the record and the span
-    /// of the delays to either side.
+    /// Arranges traces, which are linear between samples and zero beyond the record. The table's spacing is
+    /// the samples' spacing or a little less; the table covers the record and the span of the delays to
+    /// either side.
     #[must_use]
     pub fn new(traces: &MixedTraces<'_>, delays: Delays) -> Self {
         Self::at_level(traces, delays, SimdLevel::detect())
@@ -146,10 +148,10 @@ impl DelaySums {
         self.delays
     }
 
-    /// |Σ w e^{j2πft} s(t + delay)|² over the traces of a curve, w the weight, f the carrier and t the fast time,
-    /// at every delay. Lists of a curve count up to the shortest.
+    /// |Σ w e^{j2πft} s(t + delay)|² over the traces of a curve, w the weight, f the carrier and t the fast
+    /// time, at every delay. The lists of a curve are cut to the shortest.
     ///
-    /// Panics at numbers of traces that there are not.
+    /// Panics where a trace number of the curve is beyond the traces.
     pub fn powers<'s>(
         &self,
         curve: EchoCurve<'_>,
@@ -212,7 +214,7 @@ impl DelaySums {
     }
 }
 
-/// A trace between its samples by a straight line, zero beyond the record.
+/// Linear interpolation of a trace, zero beyond the record.
 fn between(trace: &[Complex32], place: f64) -> Complex32 {
     if !(place >= 0.0 && place + 1.0 < trace.len() as f64) {
         return Complex32::ZERO;
@@ -231,7 +233,7 @@ mod tests {
     const CARRIER_HZ: f64 = 3.95e9;
     const STEP_S: f64 = 61e-12;
 
-    /// A tone of 300 MHz in seven traces of 400 samples from 3 ns on, each at a phase of its own.
+    /// A tone of 300 MHz in seven traces of 400 samples from 3 ns on, each with a different phase.
     fn tone(trace: usize, time_s: f64) -> Complex64 {
         let record_s = [3e-9, 3e-9 + 399.0 * STEP_S];
         if time_s < record_s[0] || time_s > record_s[1] {

@@ -2,30 +2,30 @@
 
 use thiserror::Error;
 
-/// Why data, a grid or an accuracy was refused.
+/// Reason for refusing data, a grid or an accuracy.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ImagingError {
-    /// An array has another length than the rest of the data ask for.
+    /// An array whose length does not match the other arrays.
     #[error("{what}: expected {expected} values, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// Length that the other arrays ask for.
+        /// Length required by the other arrays.
         expected: usize,
         /// Length found.
         found: usize,
     },
-    /// An array that must hold something is empty.
+    /// An empty array.
     #[error("{what} is empty")]
     Empty {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
     },
     /// A value is NaN or infinite.
     #[error("{what}: value {index} is not finite")]
     NotFinite {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Index of the first such value.
         index: usize,
@@ -33,7 +33,7 @@ pub enum ImagingError {
     /// A value outside its valid range.
     #[error("{what} is {found}, expected {expected}")]
     OutOfRange {
-        /// Which quantity.
+        /// Name of the quantity.
         what: &'static str,
         /// The valid range, in words.
         expected: &'static str,
@@ -43,9 +43,9 @@ pub enum ImagingError {
     /// A grid that cannot be held in memory, or not within the limit set.
     #[error("{what} needs {bytes} bytes, more than the limit of {limit_bytes} bytes")]
     TooLarge {
-        /// What would be allocated.
+        /// Quantity that would be allocated.
         what: &'static str,
-        /// Bytes it needs.
+        /// Bytes needed.
         bytes: u128,
         /// Bytes allowed.
         limit_bytes: u128,

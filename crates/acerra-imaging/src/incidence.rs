@@ -21,9 +21,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IncidenceWeight {
-    /// Greatest incidence, where the weight has come down to 0, rad; π/2 for none.
+    /// Greatest incidence, from which on the weight is 0, rad; π/2 for no limit.
     pub max_rad: f64,
-    /// Width of the raised-cosine edge below it, rad.
+    /// Width of the raised-cosine edge below the greatest incidence, rad.
     pub taper_rad: f64,
     /// The power n of cos θ: 0 for a weight of 1 inside the limit.
     pub cosine_power: f64,

@@ -63,7 +63,7 @@ impl LiveImage {
     /// Adds a batch of pulses.
     ///
     /// # Errors
-    /// As [`ImagingPlan::new`], and cancellation; the image then stays as it was.
+    /// As [`ImagingPlan::new`], and cancellation; the image is then unchanged.
     pub fn push(&mut self, pulses: Pulses, control: Control) -> Result<(), ImagingError> {
         let plan = ImagingPlan::with_control(pulses, self.grid, &self.options, control)?;
         plan.run(&mut self.batch, control)?;
@@ -75,7 +75,7 @@ impl LiveImage {
         Ok(())
     }
 
-    /// Takes all pulses out again.
+    /// Removes all pulses.
     pub fn clear(&mut self) {
         self.image.fill(Complex32::ZERO);
         self.pulses = 0;
@@ -87,7 +87,7 @@ impl LiveImage {
         &self.image
     }
 
-    /// Pulses in it.
+    /// Number of pulses in the image.
     #[must_use]
     pub fn pulses(&self) -> u64 {
         self.pulses

@@ -14,7 +14,7 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum LookWindow {
-    /// All pulses alike.
+    /// Equal weight of all pulses.
     #[default]
     Rectangular,
     /// ½ − ½ cos over the look's path, for lower sidelobes along the track.
@@ -24,9 +24,9 @@ pub enum LookWindow {
 /// One look: consecutive pulses and their weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
-    /// Its pulses.
+    /// Pulses of the look.
     pub pulses: Range<usize>,
-    /// Their weights by the window, one a pulse.
+    /// Weight of each pulse by the window.
     pub weight: Vec<f64>,
 }
 
@@ -97,7 +97,8 @@ pub fn looks(
                 .iter()
                 .map(|s| match window {
                     LookWindow::Rectangular => 1.0,
-                    // Half a pulse's path beyond the ends, so that those count a little.
+                    // The window extends half a pulse's path beyond the ends, so that the end pulses have
+                    // some weight.
                     LookWindow::Hann => {
                         let margin = 0.5 * length / (end - first) as f64;
                         let at = (s - from + margin) / (length + 2.0 * margin);
@@ -126,19 +127,6 @@ pub fn add_power(power: &mut [f32], look: &[Complex32]) -> Result<(), ImagingErr
     Ok(())
 }
 
-/// Equivalent number of looks of an image of power over even ground: mean² over variance.
-#[must_use]
-pub fn equivalent_looks(power: &[f32]) -> f64 {
-    let n = power.len().max(1) as f64;
-    let mean = power.iter().map(|p| f64::from(*p)).sum::<f64>() / n;
-    let variance = power
-        .iter()
-        .map(|p| (f64::from(*p) - mean).powi(2))
-        .sum::<f64>()
-        / n;
-    mean * mean / variance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,7 +148,7 @@ mod tests {
             let middle = look.weight[look.weight.len() / 2];
             assert!(middle > 0.99 && look.weight[0] < 0.01 && look.weight[0] > 0.0);
         }
-        // By path, not by number: pulses that hover do not make a look.
+        // Looks have equal path, not equal numbers of pulses: hovering adds no look.
         let mut hovering = vec![[0.0, 0.0, 3.0]; 100];
         hovering.extend(line(101));
         let two = looks(&hovering, 2, 0.0, LookWindow::Rectangular).unwrap();

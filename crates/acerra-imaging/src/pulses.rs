@@ -1,4 +1,4 @@
-//! Measured data as the imaging operators take them.
+//! Measured data, the input of the imaging operators.
 
 use crate::checks::{check_finite, check_length, check_places, check_positive};
 use crate::error::ImagingError;
@@ -9,13 +9,13 @@ use num_complex::Complex64;
 /// Speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
 
-/// The weight that spreading of the wave puts on a contribution from range R.
+/// Weight of a contribution from range R by spreading of the wave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Spreading {
     /// 1/R², as in Eqs. (1) and (3) of Catapano et al. 2020.
     #[default]
     InverseSquare,
-    /// No weight: pure phase, as most published backprojection benchmarks have it.
+    /// No weight: pure phase, as in most published backprojection benchmarks.
     None,
 }
 
@@ -84,8 +84,7 @@ struct Antennas<'a> {
     receiver_m: &'a [[f64; 3]],
 }
 
-/// Distance of transmitter and receiver from [`Pulses::position_m`] beyond which they cannot belong to one
-/// craft, m.
+/// Largest accepted distance of transmitter and receiver from [`Pulses::position_m`], m.
 const FARTHEST_ANTENNA_M: f64 = 100.0;
 
 impl<'a> Pulses<'a> {
@@ -187,7 +186,7 @@ impl<'a> Pulses<'a> {
     /// These pulses over ground: rays to points below its surface are refracted.
     ///
     /// # Errors
-    /// An antenna that does not hang at least a millimetre above the surface.
+    /// An antenna less than a millimetre above the surface.
     pub fn with_ground(self, ground: &'a Ground) -> Result<Self, ImagingError> {
         for pulse in 0..self.len() {
             for antenna_m in self.antennas_m(pulse) {
@@ -204,13 +203,13 @@ impl<'a> Pulses<'a> {
         self.ground
     }
 
-    /// Whether transmitter and receiver are apart.
+    /// Whether transmitter and receiver are separate.
     #[must_use]
     pub fn is_bistatic(&self) -> bool {
         self.antennas.is_some()
     }
 
-    /// Transmitter and receiver of a pulse, m: twice the position where they are one.
+    /// Transmitter and receiver of a pulse, m: both at the position for monostatic pulses.
     #[must_use]
     pub fn antennas_m(&self, pulse: usize) -> [[f64; 3]; 2] {
         match self.antennas {
@@ -219,13 +218,13 @@ impl<'a> Pulses<'a> {
         }
     }
 
-    /// Transmitters and receivers of all pulses, where they are apart.
+    /// Transmitters and receivers of all pulses; `None` for monostatic pulses.
     #[must_use]
     pub fn antennas(&self) -> Option<[&'a [[f64; 3]]; 2]> {
         self.antennas.map(|a| [a.transmitter_m, a.receiver_m])
     }
 
-    /// The places of the antennas, `[M]` each, m: one list where transmitter and receiver are one.
+    /// Antenna positions, `[M]` a list, m: one list for monostatic pulses, two for bistatic ones.
     pub(crate) fn antenna_places_m(&self) -> impl Iterator<Item = &'a [[f64; 3]]> + use<'a> {
         let [first, second] = match self.antennas {
             Some(a) => [a.transmitter_m, a.receiver_m].map(Some),
@@ -234,14 +233,15 @@ impl<'a> Pulses<'a> {
         first.into_iter().chain(second)
     }
 
-    /// From transmitter and receiver of a pulse to a point, m, and how many antennas they are.
+    /// Vectors from transmitter and receiver of a pulse to a point, m, and the number of separate antennas.
     pub(crate) fn antennas_to_m(&self, pulse: usize, point_m: [f64; 3]) -> ([[f64; 3]; 2], usize) {
         let from_m = |a: [f64; 3]| std::array::from_fn(|axis| point_m[axis] - a[axis]);
         let antennas = 1 + usize::from(self.is_bistatic());
         (self.antennas_m(pulse).map(from_m), antennas)
     }
 
-    /// Greatest distance of an antenna from the middle of transmitter and receiver, m; zero where these are one.
+    /// Greatest distance of an antenna from the middle of transmitter and receiver, m; zero for monostatic
+    /// pulses.
     pub(crate) fn half_apart_m(&self) -> f64 {
         let half_m = |a: &Antennas| {
             (a.transmitter_m.iter().zip(a.receiver_m))
@@ -269,12 +269,12 @@ impl<'a> Pulses<'a> {
         self.antennas.is_none() && self.ground.is_none()
     }
 
-    /// These pulses with the direction in which the antenna looks at each, `[M]` unit vectors in the axes of
-    /// the positions. The angles of a weight by the antenna's pattern count from these directions; without
-    /// them the antenna looks straight down.
+    /// These pulses with the antenna's boresight at each, `[M]` unit vectors in the axes of the positions.
+    /// The angles of a weight by the antenna's pattern count from the boresight, which is straight down by
+    /// default.
     ///
     /// # Errors
-    /// Another number of directions than pulses, or one whose length differs from 1 by more than 10⁻⁶.
+    /// The number of directions differs from that of pulses, or a direction's length from 1 by more than 10⁻⁶.
     ///
     /// ```
     /// # use acerra_imaging::{Complex64, ImagingError, PulseArrays, Pulses, SPEED_OF_LIGHT_M_S};
@@ -306,13 +306,13 @@ impl<'a> Pulses<'a> {
         Ok(Self { boresight, ..self })
     }
 
-    /// Unit vectors in which the antenna looks at each pulse, `[M]`; `None` where it looks straight down.
+    /// Boresight of the antenna at each pulse, `[M]` unit vectors; `None` for straight down.
     #[must_use]
     pub fn boresight(&self) -> Option<&'a [[f64; 3]]> {
         self.boresight
     }
 
-    /// These pulses of an antenna that looks straight down.
+    /// These pulses with the boresight straight down.
     #[must_use]
     pub fn without_boresight(self) -> Self {
         Self {

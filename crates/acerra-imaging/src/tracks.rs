@@ -28,7 +28,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Takes delay and phase off `spectrum` `[M, N]` at `frequency_hz` `[N]`.
+    /// Removes delay and phase from `spectrum` `[M, N]` at `frequency_hz` `[N]`.
     ///
     /// # Errors
     /// Values that are not finite, or a spectrum that is not a whole number of rows.
@@ -72,7 +72,7 @@ impl Calibration {
 /// A calibration found from the data, with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Delay and phase against the first track's.
+    /// Delay and phase relative to the first track.
     pub calibration: Calibration,
     /// Standard deviation of the delay, s.
     pub delay_sigma_s: f64,
@@ -86,13 +86,13 @@ pub struct Estimate {
 /// Calibrations from the target that all tracks see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommonTarget {
-    /// Where it is, `[x, y, z]` m.
+    /// Place of the target, `[x, y, z]` m.
     pub position_m: [f64; 3],
-    /// One a track; the first is the measure of the others.
+    /// One estimate a track, relative to the first track.
     pub estimates: Vec<Estimate>,
 }
 
-/// How a common target is searched for.
+/// Options of the search for a common target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CalibrationOptions {
     /// Largest delay searched, to either side, s.
@@ -103,13 +103,12 @@ pub struct CalibrationOptions {
 
 /// Estimates delay and phase of `tracks` relative to the first on a target that all tracks see.
 ///
-/// `candidates_m` are possible places of the target: maxima of the first track's image. The best place is
-/// then moved to the maximum itself along x and y, on the surface `z_m(x, y)`. A target off the surface is
-/// found next to its true place; the tracks' phases then agree at that place and less so elsewhere.
+/// `candidates_m` are possible places of the target: maxima of the first track's image. The best candidate is
+/// refined to the maximum along x and y on the surface `z_m(x, y)`. A target off the surface is found next to
+/// its true place, where the tracks' phases then agree best.
 ///
-/// Uncertainties are those of delay and phase of a pulse in white noise, where the profile outside the target
-/// counts as noise: 1/(2πβ√(2s)) and 1/√(2s), β being the band's standard deviation and s the contrast in
-/// power.
+/// Uncertainties follow from delay and phase of a pulse in white noise, with the profile outside the target
+/// as noise: 1/(2πβ√(2s)) and 1/√(2s), β being the band's standard deviation and s the contrast in power.
 ///
 /// # Errors
 /// No track, no candidate, a window that is not positive, a single frequency, cancellation.
@@ -245,7 +244,7 @@ impl<'a> Profile<'a> {
             .sum()
     }
 
-    /// Delay within ±`window_s` at which it is greatest, and its value there.
+    /// Delay within ±`window_s` at which the profile's magnitude is greatest, and the profile's value there.
     fn peak(&self, window_s: f64) -> (f64, Complex64) {
         let step = 0.1 / self.band_hz;
         let count = (window_s / step).ceil().min(1e5) as i64;
@@ -258,7 +257,7 @@ impl<'a> Profile<'a> {
                 (best, most) = (k as f64 * step, p);
             }
         }
-        // Parabolas about it, each four times narrower.
+        // Parabolas about the maximum, each four times narrower.
         let mut half = step;
         for _ in 0..6 {
             let (a, b, c) = (power(best - half), power(best), power(best + half));

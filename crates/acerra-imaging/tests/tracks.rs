@@ -4,7 +4,7 @@
 mod common;
 use common::{Campaign, Random};
 
-use acerra_imaging::looks::{LookWindow, add_power, equivalent_looks, looks};
+use acerra_imaging::looks::{LookWindow, add_power, looks};
 use acerra_imaging::tracks::{Calibration, CalibrationOptions, calibrate_on_target};
 use acerra_imaging::{
     Complex32, Complex64, Control, ImagingError, PlanOptions, PlaneGrid, Pulses, Spreading, image,
@@ -203,4 +203,16 @@ fn looks_lower_speckle_by_their_number() {
         (4.0..7.5).contains(&overlapping) && overlapping > four,
         "{overlapping} {four}"
     );
+}
+
+/// Equivalent number of looks of an image of power over even ground: mean² over variance.
+fn equivalent_looks(power: &[f32]) -> f64 {
+    let n = power.len().max(1) as f64;
+    let mean = power.iter().map(|p| f64::from(*p)).sum::<f64>() / n;
+    let variance = power
+        .iter()
+        .map(|p| (f64::from(*p) - mean).powi(2))
+        .sum::<f64>()
+        / n;
+    mean * mean / variance
 }

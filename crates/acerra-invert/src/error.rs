@@ -3,7 +3,7 @@
 use acerra_imaging::ImagingError;
 use thiserror::Error;
 
-/// Why a scene cannot be solved for.
+/// Reason why a scene cannot be solved for.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InvertError {
@@ -13,7 +13,7 @@ pub enum InvertError {
     /// An array has another length than the operator asks for.
     #[error("{what}: expected {expected} values, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Length that the operator asks for.
         expected: usize,
@@ -23,7 +23,7 @@ pub enum InvertError {
     /// A parameter outside its valid range.
     #[error("{what} is {found}, expected {expected}")]
     OutOfRange {
-        /// Which parameter.
+        /// Name of the parameter.
         what: &'static str,
         /// The valid range, in words.
         expected: &'static str,
@@ -33,7 +33,7 @@ pub enum InvertError {
     /// Data that are zero, or that no pixel explains.
     #[error("the data are zero: every value of {what} is zero")]
     NoSignal {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
     },
     /// Arrays that cannot be held within the limit set.

@@ -121,7 +121,7 @@ impl Flight {
     /// The measured spectra `[M, N]` in the inner product of the inversion: W^½ d.
     ///
     /// # Errors
-    /// Another number of values than data.
+    /// The number of values differs from that of data.
     pub fn weighted(&self, spectrum: &[Complex64]) -> Result<Vec<Complex64>, InvertError> {
         check_length("spectrum", self.samples(), spectrum.len())?;
         let rows = spectrum.chunks(self.frequency_hz.len());

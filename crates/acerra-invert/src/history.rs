@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Why a solver stopped.
+/// Reason why a solver stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -44,7 +44,7 @@ pub struct Iteration {
 pub struct History {
     /// Recorded iterations, in their order.
     pub iterations: Vec<Iteration>,
-    /// Why the solver stopped.
+    /// Reason why the solver stopped.
     pub stop: Stop,
 }
 

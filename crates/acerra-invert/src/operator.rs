@@ -41,35 +41,3 @@ pub trait LinearOperator: Sync {
         0
     }
 }
-
-impl<L: LinearOperator + ?Sized> LinearOperator for &L {
-    fn pixels(&self) -> usize {
-        (**self).pixels()
-    }
-
-    fn samples(&self) -> usize {
-        (**self).samples()
-    }
-
-    fn forward(
-        &self,
-        scene: &[Complex64],
-        data: &mut [Complex64],
-        control: Control,
-    ) -> Result<(), InvertError> {
-        (**self).forward(scene, data, control)
-    }
-
-    fn adjoint(
-        &self,
-        data: &[Complex64],
-        scene: &mut [Complex64],
-        control: Control,
-    ) -> Result<(), InvertError> {
-        (**self).adjoint(data, scene, control)
-    }
-
-    fn working_bytes(&self) -> u128 {
-        (**self).working_bytes()
-    }
-}

@@ -3,7 +3,7 @@
 use crate::projected::{Filter, Projected};
 use serde::Serialize;
 
-/// How a regularisation parameter was chosen.
+/// Method by which a regularisation parameter was chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -19,7 +19,7 @@ const RELAXED: [f64; 3] = [1.0, 10.0, 100.0];
 /// No relative error above this is of use to a solver.
 const WORST_ACCURACY: f64 = 1e-2;
 
-/// Where the pixels of a scene are.
+/// Positions of the pixels of a scene.
 #[derive(Debug, Clone, Copy)]
 pub enum Ground<'a> {
     /// A plane of any tilt.

@@ -35,9 +35,9 @@ pub struct SparseSolution {
 /// One track: its operator and its data.
 #[derive(Clone, Copy)]
 pub struct TrackData<'a> {
-    /// Its operator.
+    /// Operator of the track.
     pub operator: &'a dyn LinearOperator,
-    /// Its data.
+    /// Data of the track.
     pub data: &'a [Complex64],
 }
 

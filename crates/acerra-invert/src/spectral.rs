@@ -12,7 +12,7 @@ use crate::parameter::{ParameterChoice, by_discrepancy, by_l_curve};
 use crate::projected::{Filter, Projected, SmallSolution};
 use acerra_imaging::{Complex64, Control, Progress};
 
-/// Which singular values enter the solution.
+/// Singular values that enter the solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Regularization {
@@ -37,7 +37,7 @@ pub enum Regularization {
 /// Requirements on a spectral solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralOptions {
-    /// Which singular values enter.
+    /// Singular values that enter.
     pub regularization: Regularization,
     /// Most steps.
     pub max_iterations: usize,
@@ -67,7 +67,7 @@ pub struct SpectralSolution {
     pub greatest_singular: f64,
     /// The threshold of a truncation, or μ, over the greatest singular value.
     pub relative_parameter: f64,
-    /// How it was chosen.
+    /// Method of the choice.
     pub choice: ParameterChoice,
     /// Effective number of parameters: Σ f(s) over the singular values found.
     pub parameters: f64,

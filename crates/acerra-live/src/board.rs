@@ -31,7 +31,7 @@ pub struct TrackPlace {
 /// A clean trace as it is shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShownTrace {
-    /// Its number among those imaged.
+    /// Number of the pulse among those imaged.
     pub number: u64,
     /// Levels of half a decibel, [`BINS`] of them; 0 means no data.
     pub levels: Vec<u8>,
@@ -44,29 +44,29 @@ pub enum Final {
     /// The recording goes on.
     #[default]
     Recording,
-    /// It was asked to end, and data in transit are still read.
+    /// The session was asked to end, and data in transit are still read.
     Ending,
-    /// The recording is over and none is made.
+    /// The recording is over, and no final image is made.
     Ended,
-    /// It is being made.
+    /// The final image is being made.
     Making {
         /// The stage under way.
         stage: String,
-        /// Its step.
+        /// Step of the stage.
         step: String,
         /// Progress, 0 to 1.
         share: f64,
     },
-    /// It is there.
+    /// The final image exists.
     Made {
         /// The directory of its products.
         directory: String,
         /// Doubts about the image.
         warnings: Vec<String>,
     },
-    /// It could not be made.
+    /// The final image could not be made.
     Failed {
-        /// Why.
+        /// Reason.
         reason: String,
     },
 }
@@ -107,7 +107,7 @@ struct State {
     traces_made: u64,
 }
 
-/// What is shown.
+/// State that the pages show.
 #[derive(Default)]
 pub struct Board {
     state: Mutex<State>,
@@ -135,7 +135,7 @@ impl Page {
         Self { board, is_busy }
     }
 
-    /// It has drawn the picture sent, or is ready for more.
+    /// The page has drawn the picture sent, or is ready for the next.
     pub fn is_busy(&self, is_busy: bool) {
         if self.is_busy.swap(is_busy, Ordering::SeqCst) != is_busy {
             let count = &self.board.busy_pages;
@@ -189,7 +189,7 @@ impl Board {
         self.version.load(Ordering::SeqCst)
     }
 
-    /// What is shown now.
+    /// State that the pages show now.
     #[must_use]
     pub fn shown(&self) -> Shown {
         self.state().shown.clone()

@@ -12,9 +12,9 @@ pub(crate) const MOST_PULSES: usize = 32;
 
 /// The image.
 pub(crate) struct Canvas {
-    /// Where its pixels are.
+    /// Grid of the pixels.
     pub grid: PlaneGrid,
-    /// Its pixels.
+    /// Values of the pixels.
     pub image: LiveImage,
 }
 

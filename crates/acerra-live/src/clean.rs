@@ -11,11 +11,11 @@ use crate::settings::{LiveSettings, Zero};
 /// A trace at its place.
 #[derive(Clone, Debug)]
 pub struct PlacedTrace {
-    /// Its samples.
+    /// Samples of the trace.
     pub samples: Vec<f32>,
-    /// Its window.
+    /// Fast-time window of the trace.
     pub window: ScanWindow,
-    /// Where the radar was (m).
+    /// Position of the radar (m).
     pub position_m: [f64; 3],
     /// Height above the image plane (m).
     pub height_m: f64,
@@ -26,9 +26,9 @@ pub struct PlacedTrace {
 pub struct Clean {
     /// The clean traces, fast time zero-timed.
     pub traces: Radargram,
-    /// Their places (m).
+    /// Places of the traces (m).
     pub position_m: Vec<[f64; 3]>,
-    /// Their spectra, `[traces, frequencies]`.
+    /// Spectra of the traces, `[traces, frequencies]`.
     pub spectrum: Vec<Complex64>,
 }
 
@@ -40,7 +40,7 @@ pub struct Cleaner {
     /// The first traces, which wait for one another.
     first: Vec<PlacedTrace>,
     running: Option<Running>,
-    /// Why where range is zero is not known yet.
+    /// Reason why the fast time at which range is zero is not known yet.
     trouble: Option<String>,
 }
 
@@ -71,7 +71,7 @@ impl Cleaner {
         self.running.as_ref().map(|running| running.shift_s)
     }
 
-    /// Why range zero has not been found yet.
+    /// Reason why the fast time at which range is zero has not been found yet.
     #[must_use]
     pub fn trouble(&self) -> Option<&str> {
         self.trouble.as_deref()

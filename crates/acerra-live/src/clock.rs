@@ -48,7 +48,7 @@ pub struct Settled {
     rate: f64,
     /// Standard deviation of a scan's time, by the stamps alone (s).
     pub sigma_s: f64,
-    /// What the times rest on.
+    /// Source of the times.
     pub kind: ClockKind,
     /// Offset of times from the fit before, where a better clock has just taken over (s).
     pub change_s: Option<f64>,
@@ -116,7 +116,7 @@ impl RunningClock {
         self.hardware.pulse(sequence, host_s);
     }
 
-    /// Why a better clock that the session is wired for is not used; `None` where it is.
+    /// Reason why a better clock that the session is wired for is not used; `None` where that clock is used.
     #[must_use]
     pub fn hardware_trouble(&self) -> Option<&str> {
         let is_best = self.held.0 >= self.hardware.expected();

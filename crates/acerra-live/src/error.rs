@@ -1,11 +1,11 @@
-//! Why there is no live image.
+//! Reasons for the absence of a live image.
 
 use acerra_imaging::ImagingError;
 use acerra_radar::RadargramError;
 use acerra_radar::clean::CleanError;
 use thiserror::Error;
 
-/// Why there is no live image.
+/// Reasons for the absence of a live image.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LiveError {
@@ -14,7 +14,7 @@ pub enum LiveError {
     Campaign {
         /// The table.
         table: &'static str,
-        /// What is wrong.
+        /// Fault.
         cause: toml::de::Error,
     },
     /// A band that is none, or no frequencies over it.
@@ -51,7 +51,7 @@ pub enum LiveError {
     Log {
         /// The log.
         path: std::path::PathBuf,
-        /// What is wrong with it.
+        /// Fault of the input.
         cause: String,
     },
     /// The system gives no thread.

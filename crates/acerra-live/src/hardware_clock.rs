@@ -30,7 +30,7 @@ pub enum ClockKind {
 }
 
 impl ClockKind {
-    /// Its name.
+    /// Name of the clock.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -83,7 +83,7 @@ pub(crate) struct HardwareClock {
     source: FixSource,
     /// Host time since which the receiver has a fix, and time of its last report of a fix (s).
     fix_s: Option<[f64; 2]>,
-    /// Why the hardware signals of the session are not used.
+    /// Reason why the hardware signals of the session are not used.
     pub trouble: Option<String>,
 }
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 pub const TILE: usize = 128;
 /// Decibels of a step.
 pub const STEP_DB: f32 = 0.5;
-/// Where the strongest pixel lies in a new scale.
+/// Level of the strongest pixel in a new scale.
 const TOP: f32 = 190.0;
 /// Steps that the strongest pixel may move before the scale is made again.
 const ROOM: f32 = 60.0;
@@ -16,7 +16,7 @@ const ROOM: f32 = 60.0;
 /// Levels of an image: 0 means no data, `k` from 1 to 255 is `base_db + k / 2` dB of modulus.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// Where its pixels are.
+    /// Grid of the pixels.
     pub grid: PlaneGrid,
     /// Level of step 0 (dB).
     pub base_db: f32,

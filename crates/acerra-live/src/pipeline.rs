@@ -31,7 +31,7 @@ pub struct Step {
     pub begun: Instant,
     /// The clean traces.
     pub clean: Clean,
-    /// How their places are known.
+    /// Source of the pulses' places.
     pub places: Vec<RadarPlace>,
 }
 

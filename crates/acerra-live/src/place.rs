@@ -1,9 +1,9 @@
-//! Where the radar was at a time, and how that is known.
+//! Position of the radar at a time, and its source.
 
 use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::SolutionStatus;
 
-/// Where the radar was at a time.
+/// Position of the radar at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placed {
     /// The position after that time has not come yet.
@@ -20,7 +20,7 @@ pub enum Placed {
     Nowhere(Missing),
 }
 
-/// Where the radar's phase centre was.
+/// Position of the radar's phase centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadarPlace {
     /// East, north, up about the origin (m).
@@ -31,7 +31,7 @@ pub struct RadarPlace {
     pub status: SolutionStatus,
 }
 
-/// Why a place is never to be known.
+/// Reason why a place is never to be known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
     /// Before the first position.
@@ -47,7 +47,7 @@ pub struct Latest {
     pub position_m: [f64; 3],
     /// Standard deviations (m), where they are stated.
     pub sigma_m: Option<[f64; 3]>,
-    /// Its kind.
+    /// Kind of the solution.
     pub status: SolutionStatus,
     /// When.
     pub time: GpsTime,

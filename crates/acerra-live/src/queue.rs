@@ -32,7 +32,7 @@ struct Waiting {
 pub(crate) struct PlacedScan {
     /// When its last message came.
     pub came: Instant,
-    /// Where the radar was.
+    /// Position of the radar.
     pub place: RadarPlace,
     /// Whether it waited for the heading or a better clock: the pulse's delay is then no measure of the imaging
     /// speed.

@@ -25,7 +25,7 @@ const LEAST_HEIGHT_M: f64 = 0.5;
 /// other angles and ranges from one place, and draw rings about that place.
 const PLANNED_SHARE: f64 = 0.75;
 
-/// How the fast time at which range is zero is known.
+/// Source of the fast time at which range is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Zero {
     /// Fast time is shifted by this number of seconds (s).
@@ -41,9 +41,9 @@ pub struct LiveSettings {
     pub origin: Option<Geodetic>,
     /// Radar phase centre from the receiver's antenna: forward, left, up (m).
     pub lever_arm_m: [f64; 3],
-    /// Where pixels are to the east (m), where that is stated.
+    /// Extent of the pixels to the east (m), where stated.
     pub x_m: Option<[f64; 2]>,
-    /// Where pixels are to the north (m), where that is stated.
+    /// Extent of the pixels to the north (m), where stated.
     pub y_m: Option<[f64; 2]>,
     /// Distance of pixel centres (m), where it is stated.
     pub pixel_m: Option<f64>,
@@ -59,7 +59,7 @@ pub struct LiveSettings {
     pub frequency_hz: Vec<f64>,
     /// Propagation speed (m/s).
     pub light_speed_m_s: f64,
-    /// How the fast time at which range is zero is known.
+    /// Source of the fast time at which range is zero.
     pub zero: Zero,
     /// Interval of each trace that is kept about 2h/c (s); all of it without.
     pub gate_s: Option<[f64; 2]>,

@@ -11,11 +11,11 @@ use acerra_gnss::ubx::{FinePosition, ReceiverSolution, fine_position, receiver_s
 pub(crate) struct Position {
     /// When.
     pub time: GpsTime,
-    /// Where.
+    /// Position.
     pub place: Geodetic,
     /// Standard deviations east, north, up (m), where they are stated.
     pub sigma_m: Option<[f64; 3]>,
-    /// How it was found.
+    /// Kind of the solution.
     pub status: SolutionStatus,
 }
 

@@ -12,17 +12,17 @@ use crate::latency::LatencyFigures;
 pub struct PulseCounts {
     /// Whole scans that came.
     pub came: u64,
-    /// Those in the image.
+    /// Pulses in the image.
     pub imaged: u64,
-    /// Those that wait for the clock, for the position after them, or for the first ones to be enough.
+    /// Pulses that wait for the clock, for the position after them, or for enough pulses to begin with.
     pub waiting: u64,
-    /// Those without a position: before the first, in a gap, or given up waiting.
+    /// Pulses without a position: before the first position, in a gap, or given up waiting.
     pub without_position: u64,
-    /// Those given up waiting for the platform to move so that its heading, by which the lever arm turns, is known.
+    /// Pulses given up before the platform moved enough to show the heading by which the lever arm turns.
     pub without_heading: u64,
-    /// Those below the least height above the image plane: before take-off, in the climb and after the descent.
+    /// Pulses below the least height above the image plane: before take-off, in the climb and after the descent.
     pub too_low: u64,
-    /// Those that cleaning gave up.
+    /// Pulses that cleaning gave up.
     pub not_cleaned: u64,
     /// Pulses dropped because imaging was too slow.
     pub too_many: u64,
@@ -54,7 +54,7 @@ impl ByKind {
     }
 }
 
-/// Why the picture was started again.
+/// Reason why the picture was started again.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BegunAnew {
     /// Earlier source of the times.
@@ -84,9 +84,9 @@ pub struct Status {
     pub clock_sigma_s: Option<f64>,
     /// Source of those times; none before it is known.
     pub clock: Option<&'static str>,
-    /// Why the hardware signals of the session are not used.
+    /// Reason why the hardware signals of the session are not used.
     pub clock_doubt: Option<String>,
-    /// Why the picture was started again, where it was.
+    /// Reason why the picture was started again, where it was.
     pub begun_anew: Option<BegunAnew>,
     /// Height above the image plane below which pulses are not imaged (m).
     pub least_height_m: f64,
@@ -183,10 +183,10 @@ mod tests {
         status.by_kind.count(SolutionStatus::Single);
         status.by_kind.count(SolutionStatus::Float);
         status.sigma_m = Some(1.4);
-        let told = doubts(&status, true);
-        assert!(told[0].starts_with("1 of 102 pulses have positions without carrier phase"));
-        assert!(told[1].starts_with("1 of 102 pulses have float"));
-        assert!(told[2].contains("1400 mm") && told[2].contains("19 mm"));
+        let remarks = doubts(&status, true);
+        assert!(remarks[0].starts_with("1 of 102 pulses have positions without carrier phase"));
+        assert!(remarks[1].starts_with("1 of 102 pulses have float"));
+        assert!(remarks[2].contains("1400 mm") && remarks[2].contains("19 mm"));
         status.sigma_m = None;
         assert!(doubts(&status, true)[2].contains("states no accuracy"));
     }

@@ -69,7 +69,7 @@ impl Worker {
     /// Waits until the source has ended and all its data are imaged.
     ///
     /// # Errors
-    /// Why the imaging ended before.
+    /// Reason why the imaging ended before.
     pub fn finish(mut self) -> Result<(), LiveError> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(outcome)) => outcome,

@@ -1,10 +1,10 @@
-//! Why something cannot be put on a map.
+//! Reasons why something cannot be put on a map.
 
 use std::io;
 
 use crate::crs::CrsError;
 
-/// Why something cannot be put on a map.
+/// Reason why something cannot be put on a map.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {

@@ -12,13 +12,13 @@ use crate::geotiff::escaped;
 /// A picture over the ground with its attributes.
 #[derive(Clone, Debug)]
 pub struct Overlay<'a> {
-    /// What it is called.
+    /// Name.
     pub name: &'a str,
     /// What it shows, in words.
     pub description: &'a str,
     /// The picture, as PNG; transparent where there are no data.
     pub png: &'a [u8],
-    /// Its outer corners: south-west, south-east, north-east, north-west.
+    /// Outer corners: south-west, south-east, north-east, north-west.
     pub corners: [Geodetic; 4],
     /// Lines flown, heights above the ellipsoid.
     pub tracks: Vec<Vec<Geodetic>>,
@@ -45,11 +45,11 @@ pub enum TrackHeights {
 /// A named point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OverlayPoint {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Description, in words.
     pub description: String,
-    /// Its place.
+    /// Place.
     pub place: Geodetic,
 }
 

@@ -29,7 +29,7 @@ impl LevelScale {
     };
 }
 
-/// What pixels hold.
+/// Content of the pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Values<'a> {
     Power(&'a [f32]),

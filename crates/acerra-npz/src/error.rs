@@ -1,4 +1,4 @@
-//! Why an archive of arrays cannot be read.
+//! Reasons why an archive of arrays cannot be read.
 
 use std::io;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::npy::NpyError;
 
-/// Why an archive could not be read.
+/// Reason why an archive could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzError {
@@ -24,7 +24,7 @@ pub enum NpzError {
     Array {
         /// The array's name.
         array: &'static str,
-        /// What is wrong with it.
+        /// Fault of the input.
         source: NpyError,
     },
 }

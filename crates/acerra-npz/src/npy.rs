@@ -16,7 +16,7 @@ const CHUNK_BYTES: usize = 1 << 16;
 const FREE_BYTES: u64 = 128 << 20;
 const MOST_TIMES: u64 = 12;
 
-/// Why an array could not be read.
+/// Reason why an array could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpyError {

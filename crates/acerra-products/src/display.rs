@@ -1,4 +1,4 @@
-//! How the levels of an image are shown: the window of levels and the compensation for range.
+//! Display of the levels of an image: the window of levels and the compensation for range.
 
 use acerra_figure::{DisplayGain, ImageDb, LevelWindow, Levels, PixelValues};
 use acerra_imaging::PlaneGrid;
@@ -33,7 +33,7 @@ pub struct RangeGeometry<'a> {
     pub range_cell_m: f64,
 }
 
-/// How the levels of a run's image are shown in all of its pictures.
+/// Display of the levels of a run's image in all of its pictures.
 #[derive(Clone, Debug)]
 pub struct Shown {
     /// The gain that undoes the 1/R² of Eq. (3); none where it varies little over the image.

@@ -40,8 +40,8 @@ mod tests {
     #[test]
     fn a_cause_is_said_once() {
         let cause = std::fmt::Error.to_string();
-        let told = anyhow::Error::from(Told(std::fmt::Error)).context("flight.toml");
-        let text = failure_text(&told);
+        let error = anyhow::Error::from(Told(std::fmt::Error)).context("flight.toml");
+        let text = failure_text(&error);
         assert_eq!(
             text,
             format!("flight.toml: [trajectory] time_offset_s: {cause}")

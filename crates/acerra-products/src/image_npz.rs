@@ -13,7 +13,7 @@ use acerra_chain::Pixels;
 /// holds its latitude and longitude (degrees) and ellipsoidal height (m).
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 ///
 /// # Panics
 /// If `image` does not hold one value for each of `pixels`.

@@ -25,7 +25,7 @@ pub struct Outcome {
     pub focused: Focused,
     /// The image with the positions as stated, where an autofocus corrected them.
     pub uncorrected: Option<Focused>,
-    /// What it shows.
+    /// Measurement of the image.
     pub measured: Measurement,
     /// Whether each target exceeds the clutter at its depth below ground; empty above ground.
     pub exceeds_clutter: Vec<bool>,

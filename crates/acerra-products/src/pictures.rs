@@ -16,7 +16,7 @@ use acerra_figure::{
     RadargramColours, TargetMark,
 };
 
-/// How to read `image.png`, in words.
+/// Explanation of `image.png`.
 #[must_use]
 pub fn image_caption(outcome: &Outcome, shown: &Shown) -> String {
     let pixels = &outcome.focused.pixels;

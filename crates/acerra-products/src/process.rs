@@ -18,7 +18,7 @@ use crate::outcome::Outcome;
 use crate::survey_check::{checked_by_survey, survey_finding};
 use crate::surveyed::{SurveyError, compared, read_survey};
 
-/// Why a run leaves no products.
+/// Reasons why a run leaves no products.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -80,7 +80,7 @@ fn refuse_contradictions(campaign: &Campaign, evidence: &Evidence) -> Result<(),
 /// A campaign with resolved paths, and its name in titles.
 #[derive(Clone, Debug)]
 pub struct NamedCampaign {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// The campaign.
     pub campaign: Campaign,
@@ -271,7 +271,7 @@ fn autofocus(
     Ok(())
 }
 
-/// Why heights above the geoid cannot be given, if so.
+/// Reason why heights above the geoid cannot be given, if so.
 fn without_sea_level(geoid: &GeoidGrid, prepared: &Prepared) -> Option<String> {
     let Some(frame) = prepared.first().positions.earth_frame() else {
         return Some(

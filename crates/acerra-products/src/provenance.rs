@@ -1,4 +1,4 @@
-//! Where a product comes from, as every format for other programs carries it.
+//! Origin of a product, as every format for other programs carries it.
 
 use std::path::Path;
 

@@ -88,7 +88,7 @@ fn summary(outcome: &Outcome) -> String {
         outcome.radar_summary(),
         outcome.prepared.aligned.traces.len(),
         outcome.prepared.traces_in_log(),
-        if outcome.prepared.aligned.stands {
+        if outcome.prepared.aligned.is_often_at_rest {
             ", those recorded in motion, each weighted by its path length"
         } else {
             ""

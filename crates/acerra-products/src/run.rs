@@ -47,15 +47,15 @@ pub fn run_campaign(
 pub struct RunRequest<'a> {
     /// The campaign file.
     pub file: &'a Path,
-    /// Where the products go.
+    /// Directory of the products.
     pub directory: &'a Path,
     /// Whether positions are corrected by autofocus even where the campaign does not enable it.
     pub autofocus: bool,
-    /// Which products are written.
+    /// Selection of the products to write.
     pub wanted: Wanted,
 }
 
-/// Which products a run writes.
+/// Selection of the products of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wanted {
     /// All that the campaign asks for.

@@ -130,15 +130,15 @@ impl<'a> TargetRecord<'a> {
 /// Fate of the local maxima of an image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MaximaRecord {
-    /// Those above the threshold.
+    /// Number of maxima above the threshold.
     pub above_threshold: usize,
     /// Number of maxima at the level of the clutter about them.
     pub clutter: usize,
     /// Number of maxima explained as sidelobes of a target.
     pub sidelobes: usize,
-    /// Those taken for ghosts.
+    /// Number of maxima taken for ghosts.
     pub ghosts: usize,
-    /// Those not examined.
+    /// Number of maxima not examined.
     pub not_examined: usize,
 }
 
@@ -155,7 +155,7 @@ pub struct RunRecord<'a> {
     pub configuration: &'a Campaign,
     /// The files that were read.
     pub inputs: &'a [InputFile],
-    /// What each stage cost.
+    /// Cost of each stage.
     pub stages: &'a [Stage],
     /// Remarks on the result.
     pub warnings: &'a [String],
@@ -163,7 +163,7 @@ pub struct RunRecord<'a> {
     pub notes: &'a [String],
     /// Trajectory time minus radar time of the first track (s).
     pub time_offset_s: f64,
-    /// How that was found, when it was not given.
+    /// Search of the offset, where it was not given.
     pub time_offset_search: Option<SearchRecord<'a>>,
     /// The clock recorded with the radar log of the first track, where the offset is by this clock.
     pub recorded_clock: Option<&'a LoggedClock>,
@@ -186,7 +186,7 @@ pub struct RunRecord<'a> {
     pub tracks: Vec<TrackRecord<'a>>,
     /// First and last trace of each look.
     pub looks: Option<&'a [[usize; 2]]>,
-    /// How the scene was solved for, where `[image] method` is not the adjoint.
+    /// Solution for the scene, where `[image] method` is not the adjoint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inversion: Option<&'a InversionRecord>,
     /// Choices of the planner, and their reasons.
@@ -202,7 +202,7 @@ pub struct RunRecord<'a> {
 pub struct SearchRecord<'a> {
     /// The offset taken (s).
     pub time_offset_s: f64,
-    /// Its standard deviation (s).
+    /// Standard deviation of the offset taken (s).
     pub sigma_s: f64,
     /// The most likely other offset (s), and the log-likelihood by which it is surpassed.
     pub second: Option<[f64; 2]>,
@@ -234,7 +234,7 @@ pub struct CurveRecord<'a> {
 pub struct DelayRecord {
     /// The delay taken (ns).
     pub delay_ns: f64,
-    /// Its standard deviation (ns).
+    /// Standard deviation of the delay taken (ns).
     pub sigma_ns: f64,
     /// The most likely other delay (ns), and the log-likelihood by which it is surpassed.
     pub second: Option<[f64; 2]>,
@@ -244,7 +244,7 @@ pub struct DelayRecord {
     pub coupling_ns: Option<[f64; 2]>,
     /// Delays tried (ns), rising.
     pub tried_ns: Vec<f64>,
-    /// Their log-likelihoods by sharpness and echoes together.
+    /// Log-likelihoods of the delays tried, by sharpness and echoes together.
     pub log_likelihood: Vec<f64>,
 }
 
@@ -291,10 +291,10 @@ pub struct TracesRecord {
     pub last: Option<usize>,
 }
 
-/// One of the tracks.
+/// A track.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrackRecord<'a> {
-    /// What it is called.
+    /// Name of the track.
     pub name: &'a str,
     /// Traces in its log.
     pub traces_in_log: usize,

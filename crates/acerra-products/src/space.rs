@@ -21,9 +21,9 @@ pub fn check_space(campaign: &Campaign, output: &Path) -> anyhow::Result<()> {
     let scene = campaign.survey().scene;
     let looks = campaign.image.looks;
     let mut needed = needed_bytes(&scene, looks).map_err(ChainError::from)?;
-    let beside = format_bytes(&campaign.products.formats, &scene).map_err(ChainError::from)?;
-    needed.memory += beside.memory;
-    needed.disk += beside.disk;
+    let formats = format_bytes(&campaign.products.formats, &scene).map_err(ChainError::from)?;
+    needed.memory += formats.memory;
+    needed.disk += formats.disk;
     if let Some(available) = available_memory_bytes() {
         let needed_bytes = needed.memory + BESIDE_PIXELS;
         ensure!(

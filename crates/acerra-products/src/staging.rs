@@ -60,13 +60,13 @@ impl Staging {
         self.superseded.extend(names);
     }
 
-    /// Where files are written until they are published.
+    /// Directory in which files are written until they are published.
     #[must_use]
     pub fn folder(&self) -> PathBuf {
         self.area.files()
     }
 
-    /// Where to write the file that will be called `name`.
+    /// Path at which to write the file that will be called `name`.
     #[must_use]
     pub fn path(&self, name: &str) -> PathBuf {
         self.area.files().join(name)
@@ -109,7 +109,7 @@ impl Staging {
 #[derive(Debug)]
 pub struct StagedFile(Place);
 
-/// Where a single file goes.
+/// Destination of a single file.
 #[derive(Debug)]
 enum Place {
     /// A file is written aside.

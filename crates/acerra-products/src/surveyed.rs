@@ -7,7 +7,7 @@ use acerra_figure::SurveyMark;
 use acerra_imaging::metrics::Target;
 use serde::Serialize;
 
-/// Why surveyed points cannot be read.
+/// Reasons why surveyed points cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurveyError {
@@ -19,7 +19,7 @@ pub enum SurveyError {
         /// What the system says.
         cause: std::io::Error,
     },
-    /// It holds something else.
+    /// The file holds something else.
     #[error("{}: {cause}", path.display())]
     Points {
         /// The file.
@@ -32,7 +32,7 @@ pub enum SurveyError {
 /// A surveyed point, and the target nearest to it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurveyRecord {
-    /// What it is called.
+    /// Name of the point.
     pub name: String,
     /// East (m).
     pub x_m: f64,
@@ -47,7 +47,7 @@ pub struct SurveyRecord {
 /// The target nearest to a surveyed point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NearestTarget {
-    /// Its number, the strongest being 1.
+    /// Number of the target, the strongest being 1.
     pub target: usize,
     /// Horizontal distance (m).
     pub distance_m: f64,
@@ -102,7 +102,7 @@ pub fn compared(points: &[SurveyedPoint], targets: &[Target]) -> Vec<SurveyRecor
 }
 
 impl SurveyRecord {
-    /// Its mark over the image.
+    /// Mark of the point over the image.
     #[must_use]
     pub fn mark(&self) -> SurveyMark {
         SurveyMark {

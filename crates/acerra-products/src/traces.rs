@@ -31,7 +31,7 @@ impl TraceFormat {
     }
 }
 
-/// Why traces cannot be written.
+/// Reasons why traces cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TraceFileError {
@@ -44,7 +44,7 @@ pub enum TraceFileError {
     /// Values that the format does not hold.
     #[error("SEG-Y holds real samples over fast time, found {found}; choose hdf5")]
     NotReal {
-        /// What there is.
+        /// Content found.
         found: &'static str,
     },
 }

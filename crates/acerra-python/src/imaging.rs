@@ -32,12 +32,12 @@ fn adjoint<'py>(
     let (image, shape, said) = work::run(py, progress.as_ref(), |control| {
         let pulses = Pulses::new(arrays)?;
         control.start("image", grid.points() * pulses.len() as u64);
-        let tell = |progress: Progress| control.at(progress.done);
+        let report = |progress: Progress| control.at(progress.done);
         let outcome = image_on(
             &grid,
             pulses,
             &settings.plan,
-            control.operation_reporting(&tell),
+            control.operation_reporting(&report),
         );
         control.finish();
         outcome
@@ -56,7 +56,7 @@ fn image_on(
     let planned = |plan: ImagingPlan<'_>| {
         let mut image = vec![Complex32::ZERO; plan.pixels()];
         plan.run(&mut image, control)?;
-        let said = said(&plan.report().to_string(), plan.memory_bytes(), {
+        let said = plan_json(&plan.report().to_string(), plan.memory_bytes(), {
             plan.self_check().map(|check| check.error)
         });
         Ok((image, grid.shape(), said))
@@ -75,7 +75,7 @@ fn image_on(
                 voxels.extend_from_slice(slice);
                 Ok::<_, Failure>(())
             })?;
-            let said = said(
+            let said = plan_json(
                 &run.report.to_string(),
                 run.memory_bytes + 8 * voxels.len() as u128,
                 run.checked_error,
@@ -124,7 +124,7 @@ fn set_threads(threads: usize) -> bool {
     pool.build_global().is_ok()
 }
 
-fn said(plan: &str, bytes: u128, checked_error: Option<f64>) -> String {
+fn plan_json(plan: &str, bytes: u128, checked_error: Option<f64>) -> String {
     let bytes = u64::try_from(bytes).unwrap_or(u64::MAX);
     json!({ "plan": plan, "memory_bytes": bytes, "checked_error": checked_error }).to_string()
 }

@@ -30,7 +30,7 @@ pub enum ClockBasis {
     TraceNumber,
 }
 
-/// How scans were numbered.
+/// Numbering of the scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Numbering {
     /// By the radio's running number.
@@ -55,9 +55,9 @@ pub struct ClockStretch {
 pub struct RadioClock {
     /// Time of each scan after the first one, s.
     pub time_s: Vec<f64>,
-    /// What the times rest on.
+    /// Source of the times.
     pub basis: ClockBasis,
-    /// How scans were numbered.
+    /// Numbering of the scans.
     pub numbering: Numbering,
     /// Interval between scans, s (of the longest stretch; the median where intervals are uneven).
     pub interval_s: f64,

@@ -51,7 +51,7 @@ pub struct RadarLog {
     pub report: ReadReport,
 }
 
-/// Why a log could not be read.
+/// Reason why a log could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -84,7 +84,7 @@ pub enum ReadError {
     BadHeader {
         /// Where it is.
         place: Place,
-        /// What is wrong.
+        /// Fault.
         fault: HeaderFault,
     },
     /// No whole scan in the file.

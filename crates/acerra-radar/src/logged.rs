@@ -51,7 +51,7 @@ pub struct LoggedClock {
     pub pulses: usize,
 }
 
-/// Why a clock is unusable.
+/// Reason why a clock is unusable.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LoggedClockError {
@@ -68,7 +68,7 @@ pub enum LoggedClockError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Fault.
         cause: String,
     },
     /// The clock is of another log, or of another part of the log.
@@ -82,7 +82,7 @@ pub enum LoggedClockError {
         path: PathBuf,
         /// Number and stamp of the clock's first trace.
         expected: (u16, u32),
-        /// Those of the log's.
+        /// Number and stamp of the log's first trace.
         found: (u16, u32),
     },
 }
@@ -117,7 +117,7 @@ impl LoggedClock {
     ///
     /// # Errors
     /// A file that cannot be read, or that holds no clock.
-    pub fn beside(log: &Path) -> Result<Option<Self>, LoggedClockError> {
+    pub fn next_to(log: &Path) -> Result<Option<Self>, LoggedClockError> {
         let path = Self::path_beside(log);
         let failed = |cause| LoggedClockError::Io {
             path: path.clone(),
@@ -214,10 +214,10 @@ mod tests {
         };
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("radar.mrm");
-        assert!(LoggedClock::beside(&log).unwrap().is_none());
+        assert!(LoggedClock::next_to(&log).unwrap().is_none());
         let path = LoggedClock::path_beside(&log);
         std::fs::write(&path, clock.to_json()).unwrap();
-        assert_eq!(LoggedClock::beside(&log).unwrap(), Some(clock.clone()));
+        assert_eq!(LoggedClock::next_to(&log).unwrap(), Some(clock.clone()));
         assert!(clock.check_traces(&log, 3, 60_000).is_ok());
         let other = clock.check_traces(&log, 4, 60_010).unwrap_err().to_string();
         assert!(other.contains("begins with scan (3, 60000)"), "{other}");
@@ -234,7 +234,7 @@ mod tests {
             (clock.to_json().replace("0.02", "null"), "invalid type"),
         ] {
             std::fs::write(&path, text).unwrap();
-            let error = LoggedClock::beside(&log).unwrap_err().to_string();
+            let error = LoggedClock::next_to(&log).unwrap_err().to_string();
             assert!(error.contains(why), "{error}");
         }
     }

@@ -23,7 +23,7 @@ pub enum RadarFile {
     Neutral(NeutralFile),
 }
 
-/// Why a file of any kind could not be read.
+/// Reason why a file of any kind could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OpenError {

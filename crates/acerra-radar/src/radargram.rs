@@ -61,7 +61,7 @@ impl Samples {
     }
 }
 
-/// Why numbers are no valid radargram.
+/// Reason why numbers are no valid radargram.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RadargramError {
@@ -78,7 +78,7 @@ pub enum RadargramError {
     /// A vector's length disagrees with the shape.
     #[error("{what}: expected {expected} values, found {found}")]
     Length {
-        /// Which vector.
+        /// Name of the vector.
         what: &'static str,
         /// Length by the shape.
         expected: usize,
@@ -88,7 +88,7 @@ pub enum RadargramError {
     /// A number is NaN or infinite.
     #[error("{what}[{index}] is not a finite number")]
     NotFinite {
-        /// Which vector.
+        /// Name of the vector.
         what: &'static str,
         /// Index of the first offender.
         index: usize,

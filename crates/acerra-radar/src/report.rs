@@ -97,7 +97,7 @@ pub enum BlemishKind {
     },
     /// Bytes that belong to no message.
     UnreadableBytes {
-        /// How many.
+        /// Count.
         count: u64,
     },
     /// A message that stops before its end, followed by the next message or the file's end.
@@ -134,7 +134,7 @@ pub enum BlemishKind {
     MalformedLine {
         /// Field number, from 1.
         field: usize,
-        /// What was expected there.
+        /// Expected content at that place.
         expected: &'static str,
     },
     /// A scan line with another number of samples than it declares.

@@ -71,19 +71,19 @@ pub struct LogRadargram {
     pub radargram: Radargram,
     /// The run used.
     pub run: Run,
-    /// Its number among the runs of its filtering.
+    /// Number of the run among those of the same filtering.
     pub run_number: usize,
     /// Number of runs of its filtering.
     pub runs: usize,
     /// Whole scans of the log outside the radargram (other filterings, other runs).
     pub other_scans: usize,
-    /// How trace times were found.
+    /// Source of the trace times.
     pub clock: RadioClock,
     /// Host time of each trace, s, where the log holds it.
     pub host_time_s: Option<Vec<f64>>,
 }
 
-/// Why no radargram could be made.
+/// Reason why no radargram could be made.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {

@@ -71,7 +71,7 @@ impl fmt::Display for Assignment {
     }
 }
 
-/// Why a file cannot be changed.
+/// Reason why a file cannot be changed.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EditError {

@@ -12,9 +12,9 @@ pub struct ValueError {
     pub table: &'static str,
     /// The key.
     pub key: &'static str,
-    /// What is possible.
+    /// Possible values.
     pub expected: &'static str,
-    /// What the file says.
+    /// Statement of the file.
     pub found: String,
 }
 
@@ -27,7 +27,7 @@ pub struct Rule {
     pub holds: bool,
     /// The possible values, in words.
     pub expected: &'static str,
-    /// What the file says.
+    /// Statement of the file.
     pub found: String,
 }
 

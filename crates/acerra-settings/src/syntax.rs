@@ -11,7 +11,7 @@ pub struct SyntaxError {
     pub line: usize,
     /// Column, counted from 1.
     pub column: usize,
-    /// What is wrong.
+    /// Fault.
     pub message: String,
 }
 

@@ -50,7 +50,7 @@ pub struct SimulatedCampaign {
     pub summary: Simulated,
 }
 
-/// Why a scene could not be simulated.
+/// Reason why a scene could not be simulated.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SimulateError {

@@ -8,7 +8,7 @@ use acerra_chain::campaign::CampaignError;
 use acerra_chain::focus::plan::ImageError;
 use acerra_imaging::ImagingError;
 
-/// Why runs are not shown.
+/// Reason why runs are not shown.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ViewError {
@@ -27,7 +27,7 @@ pub enum ViewError {
         path: PathBuf,
         /// The axis.
         axis: &'static str,
-        /// What is wrong with it.
+        /// Fault of the input.
         found: String,
     },
     /// No directory is named.
@@ -53,12 +53,12 @@ pub enum ViewError {
          directory with files such as 17/70400/48900.png"
     )]
     Basemap {
-        /// What was given.
+        /// Value given.
         found: String,
     },
 }
 
-/// Why the data of a run cannot be imaged again.
+/// Reason why the data of a run cannot be imaged again.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
@@ -89,22 +89,22 @@ pub enum EngineError {
     NotReady,
 }
 
-/// Why a request is not answered.
+/// Reason why a request is not answered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RequestError {
     /// There is no such run, raster, tile, file or place.
     #[error("{what}: there is none")]
     Absent {
-        /// What was asked for.
+        /// Request.
         what: &'static str,
     },
     /// A value that cannot be.
     #[error("{what}: expected {expected}, found {found}")]
     Invalid {
-        /// What was given.
+        /// Value given.
         what: &'static str,
-        /// What is possible.
+        /// Possible values.
         expected: String,
         /// What it was.
         found: String,

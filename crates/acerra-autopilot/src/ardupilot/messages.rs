@@ -14,9 +14,9 @@ use crate::sample::{
 /// A record with the layout of its type.
 #[derive(Debug, Clone, Copy)]
 pub struct Record<'a> {
-    /// Its type.
+    /// Type.
     pub layout: &'a Layout,
-    /// Its bytes, mark and all.
+    /// Bytes, mark and all.
     pub bytes: &'a [u8],
 }
 

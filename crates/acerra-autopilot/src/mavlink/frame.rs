@@ -26,7 +26,7 @@ pub struct Packet<'a> {
     pub arrival: GpsTime,
     /// The vehicle.
     pub system: u8,
-    /// Its part; 1 is the autopilot.
+    /// Part; 1 is the autopilot.
     pub component: u8,
     /// Number of the message.
     pub message: u32,

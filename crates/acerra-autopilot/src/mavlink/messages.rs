@@ -44,7 +44,7 @@ impl Kind {
         })
     }
 
-    /// Its name.
+    /// Name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::SystemTime => "SYSTEM_TIME",

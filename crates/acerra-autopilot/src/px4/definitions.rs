@@ -22,7 +22,7 @@ struct Declared {
     name: String,
 }
 
-/// Where the fields of a message are.
+/// Offsets of the fields of a message.
 #[derive(Debug, Clone, Default)]
 pub struct Fields {
     fields: HashMap<String, (Number, usize)>,

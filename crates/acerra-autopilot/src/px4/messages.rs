@@ -15,9 +15,9 @@ use crate::sample::{
 /// A message with the places of its fields.
 #[derive(Debug, Clone, Copy)]
 pub struct Message<'a> {
-    /// Where its fields are.
+    /// Offsets of the fields.
     pub fields: &'a Fields,
-    /// Its bytes.
+    /// Bytes.
     pub bytes: &'a [u8],
 }
 

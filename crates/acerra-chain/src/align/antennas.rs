@@ -1,4 +1,4 @@
-//! Transmitter and receiver of every trace, where they are apart.
+//! Separate transmitter and receiver of every trace.
 
 use std::ops::Range;
 
@@ -6,11 +6,11 @@ use acerra_geo::trajectory::Attitude;
 
 use crate::read::trace_positions::TracePositions;
 
-/// Transmitter and receiver from each place (m).
+/// Vectors from each trace's position to transmitter and receiver (m).
 pub(super) type FromPlace = Vec<[[f64; 3]; 2]>;
 
-/// Transmitter and receiver of some traces as a file states them; empty where one antenna does both, none
-/// where there are fewer antennas than traces.
+/// Transmitter and receiver of the traces as a file states them; empty for monostatic traces, `None` where
+/// there are fewer antennas than traces.
 pub(super) fn in_file(
     places: &TracePositions,
     traces: impl Iterator<Item = usize>,
@@ -27,10 +27,9 @@ pub(super) fn in_file(
     traces.map(from_place).collect()
 }
 
-/// Transmitter and receiver, half of `offset_m` (forward, left, up; from the receiver to the transmitter)
-/// either way from each place: in the axes of the recorded attitude, or, without a recorded attitude, level
-/// and along the path of the trace's line. None where neither direction is known: places on a line that never
-/// moves.
+/// Transmitter and receiver at ± half of `offset_m` (forward, left, up; from the receiver to the transmitter)
+/// from each position: in the axes of the recorded attitude, or, without a recorded attitude, level and along
+/// the path of the trace's line. `None` where neither direction is known, as on a line at rest.
 pub(super) fn by_offset(
     offset_m: [f64; 3],
     position_m: &[[f64; 3]],
@@ -54,7 +53,7 @@ pub(super) fn by_offset(
 /// Level attitudes with the nose along the path; at rest the nose keeps the last direction of motion, or
 /// takes the next one.
 fn along(position_m: &[[f64; 3]]) -> Vec<Option<Attitude>> {
-    /// Shorter steps give no direction (m).
+    /// Least step that determines a direction (m).
     const LEAST_M: f64 = 1e-4;
     let last = position_m.len().saturating_sub(1);
     let own = |k: usize| {

@@ -1,4 +1,4 @@
-//! Delay and phase of each track's instrument, taken off before the tracks make one image.
+//! Delay and phase of each track's instrument, removed before the tracks are imaged together.
 
 use std::f64::consts::TAU;
 
@@ -20,10 +20,10 @@ use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::scene::Scene;
 
-/// How the tracks are calibrated against one another.
+/// Options of the calibration of tracks against one another.
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationOptions {
-    /// Where delay and phase of each track come from.
+    /// Source of each track's delay and phase.
     pub source: CalibrationSource,
     /// Largest delay that is searched, to either side (ns).
     pub window_ns: f64,
@@ -45,7 +45,7 @@ impl Default for CalibrationOptions {
     }
 }
 
-/// Why tracks cannot be calibrated.
+/// Reason for which tracks cannot be calibrated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
@@ -54,13 +54,13 @@ pub enum CalibrationError {
     Track {
         /// The track.
         track: String,
-        /// Why.
+        /// Reason.
         cause: ImagingError,
     },
     /// No target on which the tracks agree.
     #[error("[tracks] calibration: {0}")]
     Target(ImagingError),
-    /// Nothing is seen in the first track's image.
+    /// The first track's image is empty.
     #[error("[tracks] calibration: the first track's image is empty")]
     Empty,
     /// The search cannot be imaged.
@@ -80,7 +80,7 @@ impl From<ImagingError> for CalibrationError {
     }
 }
 
-/// A track as the calibration sees and corrects it.
+/// Echoes of a track, which the calibration corrects in place.
 #[derive(Debug)]
 pub(crate) struct TrackEchoes {
     pub name: String,
@@ -89,27 +89,27 @@ pub(crate) struct TrackEchoes {
     pub calibration: TrackCalibration,
 }
 
-/// Delay and phase taken off a track's spectra.
+/// Delay and phase removed from a track's spectra.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TrackCalibration {
     /// Given by the campaign file, in nanoseconds and degrees.
     pub given_delay_ns: f64,
     /// Given by the campaign file.
     pub given_phase_deg: f64,
-    /// Found in addition by a common target, relative to the first track.
+    /// Further delay and phase relative to the first track, found on a common target.
     pub found: Option<FoundCalibration>,
 }
 
-/// Delay and phase found by the common target.
+/// Delay and phase found on the common target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FoundCalibration {
     /// Delay, in nanoseconds.
     pub delay_ns: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the delay, in nanoseconds.
     pub delay_sigma_ns: f64,
     /// Phase at the middle of the band, in degrees.
     pub phase_deg: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the phase, in degrees.
     pub phase_sigma_deg: f64,
     /// Level of the target over the rest of its profile, in decibels.
     pub contrast_db: f64,
@@ -141,7 +141,7 @@ impl TrackCalibration {
     }
 }
 
-/// Removes delay and phase from every track: the stated values, and those that a common target gives.
+/// Removes delay and phase from every track: the stated values, and the values found on a common target.
 ///
 /// # Errors
 /// Tracks that see no common target, cancellation.
@@ -192,7 +192,7 @@ fn doubt(track: &str, target_m: [f64; 3], estimated: &FoundCalibration) -> Strin
     )
 }
 
-/// The target on which all tracks agree best, and delay and phase that the target gives for each track.
+/// The target on which all tracks agree best, and delay and phase of each track found on the target.
 fn common_target(
     tracks: &[TrackEchoes],
     options: &CalibrationOptions,
@@ -235,15 +235,15 @@ fn common_target(
     )
 }
 
-/// Maxima of a track's image, on few enough pixels to be had at once.
+/// Maxima of a track's image on at most [`PIXELS`] pixels.
 fn candidates(
     pulses: &Pulses<'_>,
     scene: &Scene,
     control: &Control<'_>,
 ) -> Result<Vec<[f64; 3]>, CalibrationError> {
-    /// Pixels that are imaged to find them.
+    /// Largest number of pixels of the image in which maxima are searched.
     const PIXELS: f64 = 1e6;
-    /// Maxima tried: at most this far below the greatest, and at most this many.
+    /// Level relative to the greatest maximum down to which maxima are tried, dB.
     const FLOOR_DB: f64 = -10.0;
     const MOST: usize = 32;
     let ground = &scene.ground;

@@ -1,5 +1,5 @@
-//! A track's clock and delay: as given, or found from the data, and the choices that follow from
-//! where that puts its traces.
+//! Clock offset and delay of a track, stated or found from the data, and the choices that depend on the
+//! resulting positions of the traces.
 
 use acerra_geo::trajectory::Trajectory;
 use acerra_radar::Radargram;
@@ -23,24 +23,24 @@ use crate::position::Positions;
 use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
 
-/// A track's traces at their places, and the offset behind them.
+/// A track's traces with their positions, and the clock offset used.
 #[derive(Clone, Debug)]
 pub struct Clocked {
     /// Trajectory time minus radar time (s).
     pub time_offset_s: f64,
-    /// How the offset was found, when it was not given.
+    /// Search for the offset, where the offset was not stated.
     pub search: Option<OffsetSearch>,
     /// Likelihood of every offset by height and motion, where these depend on the offset.
     pub likelihood: Option<OffsetLikelihood>,
-    /// How the delay was found, when it was not given.
+    /// Search for the delay, where the delay was not stated.
     pub delay: Option<DelayFound>,
-    /// How the traces are cleaned, every choice that was left to the data made.
+    /// Options of the cleaning, with all choices left to the data settled.
     pub clean: CleanOptions,
-    /// The traces.
+    /// The traces with their positions.
     pub aligned: Aligned,
 }
 
-/// Why a track's traces cannot be placed.
+/// Reason for which a track's traces cannot be placed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClockError {
@@ -102,7 +102,7 @@ pub fn align_clocks(
         flight.positions,
     ) {
         (TimeOffset::Seconds(offset_s), _) => track.at_offset(offset_s, warnings)?,
-        // Positions that came with the traces are on the traces' own clock.
+        // Positions in the radar file are on the traces' clock.
         (TimeOffset::Auto | TimeOffset::Logged, Positions::PerTrace(_)) => {
             track.at_offset(0.0, warnings)?
         }
@@ -176,7 +176,7 @@ fn likelihood_of(
     let trajectory = near.as_ref().unwrap_or(trajectory);
     match by_height_and_motion(radargram, trajectory, flight.scene, range, control) {
         Ok(likelihood) => Ok(Some(likelihood)),
-        // An offset that is given needs no other cue.
+        // A stated offset needs no cue.
         Err(OffsetError::Undecided { .. } | OffsetError::TooLong { .. })
             if options.align.time_offset != Some(TimeOffset::Auto) =>
         {
@@ -186,11 +186,12 @@ fn likelihood_of(
     }
 }
 
-/// Largest distance of the offsets that a stated offset is compared with (s); offsets of other time zones are
-/// included.
+/// Largest distance of the offsets compared with a stated offset (s), large enough to include offsets of
+/// other time zones.
 const COMPARED_S: f64 = 3600.0;
 
-/// The positions within [`COMPARED_S`] of the traces at a stated offset; none where all positions are.
+/// The positions within [`COMPARED_S`] of the traces at a stated offset; `None` where all positions are
+/// within this time.
 fn about_offset(
     radargram: &Radargram,
     trajectory: &Trajectory,
@@ -209,17 +210,17 @@ fn about_offset(
     Trajectory::new(*trajectory.frame(), trajectory.time_origin(), kept).ok()
 }
 
-/// A track whose offset or delay may have to be found.
+/// A track whose offset or delay may be left to the data.
 struct ClockedTrack<'a> {
     flight: Flight<'a>,
     options: &'a TrackOptions,
-    /// The delay by the echo that follows the height.
+    /// Delay of the echo that follows the height.
     surface: Option<DelayCue>,
     control: &'a Control<'a>,
 }
 
 impl ClockedTrack<'_> {
-    /// Everything at an offset that is known.
+    /// The result at a known offset.
     fn at_offset(
         &self,
         time_offset_s: f64,
@@ -238,7 +239,7 @@ impl ClockedTrack<'_> {
         })
     }
 
-    /// Offset and delay in turn, each at the other's last value, until the offset stays.
+    /// Estimates offset and delay in turn, each at the other's last value, until the offset is stationary.
     fn at_offset_found(
         &self,
         likelihood: OffsetLikelihood,
@@ -274,11 +275,11 @@ impl ClockedTrack<'_> {
 
     /// The traces at an offset; warnings about the traces are given only for the final offset.
     fn aligned_at(&self, time_offset_s: f64) -> Result<Aligned, AlignError> {
-        let unsaid = &mut Warnings::default();
-        align(self.flight, &self.options.align, time_offset_s, unsaid)
+        let discarded = &mut Warnings::default();
+        align(self.flight, &self.options.align, time_offset_s, discarded)
     }
 
-    /// How the traces are cleaned, the gate settled.
+    /// Options of the cleaning with the gate settled.
     fn cleaning(&self, aligned: &Aligned, warnings: &mut Warnings) -> CleanOptions {
         let stated = &self.options.clean;
         let gate_ns = match self.flight.radar {
@@ -296,7 +297,7 @@ impl ClockedTrack<'_> {
         }
     }
 
-    /// Finds the delay where the campaign leaves it to the data, and puts it in force.
+    /// Finds the delay where the campaign leaves it to the data, and sets it.
     fn find_delay_in(
         &self,
         clean: &mut CleanOptions,

@@ -1,4 +1,4 @@
-//! Results of an autofocus other than the corrected places.
+//! Results of an autofocus in addition to the corrected positions.
 
 use acerra_autofocus::{Autofocused, Decision};
 use acerra_geo::interpolate::Interpolated;
@@ -11,15 +11,15 @@ use crate::align::recording::InstrumentError;
 pub struct PathCorrection {
     /// Corrections with their deviations, and whether the corrections are applied.
     pub found: Autofocused,
-    /// Places of the imaged traces as the positions have them (m).
+    /// Stated positions of the imaged traces, before the correction (m).
     pub stated_m: Vec<[f64; 3]>,
-    /// The places of all traces as the positions have them.
+    /// Stated positions of all traces, before the correction.
     pub stated: Vec<Interpolated>,
-    /// Standard deviations that the positions state, one a trace (m); empty where they state none.
+    /// Stated standard deviations of the positions, one a trace (m); empty where none are stated.
     pub prior_sigma_m: Vec<[f64; 3]>,
     /// Correlation time assumed for the errors (s).
     pub correlation_s: f64,
-    /// Quantities of the whole flight that were left free, applied or not.
+    /// Estimated quantities of the whole flight, applied or not.
     pub globals: Vec<GlobalCorrection>,
     /// Propagation speed as stated (m/s).
     pub stated_light_speed_m_s: f64,
@@ -44,7 +44,7 @@ impl PathCorrection {
         found.map_or(0.0, |g| g.value)
     }
 
-    /// Delay by which range zero moves with the heights that were found for a track (ns).
+    /// Change of the delay of range zero by the height corrections of a track (ns).
     #[must_use]
     pub fn moved_zero_ns(&self, track: usize) -> f64 {
         let moves = |g: &&GlobalCorrection| g.moves_zero && g.track.unwrap_or(track) == track;
@@ -52,7 +52,7 @@ impl PathCorrection {
         -rise_m * Quantity::Delay.per_estimated(self.stated_light_speed_m_s)
     }
 
-    /// Delay and phase that were found of a track's instrument.
+    /// Delay and phase found for a track's instrument.
     #[must_use]
     pub fn instrument(&self, track: usize) -> InstrumentError {
         let own_ns = self.of_track(Quantity::TrackDelay, track);
@@ -62,7 +62,7 @@ impl PathCorrection {
         }
     }
 
-    /// Whether the image is made with corrected places.
+    /// Whether the image is made with corrected positions.
     #[must_use]
     pub fn is_applied(&self) -> bool {
         self.found.decision == Decision::Applied

@@ -1,4 +1,4 @@
-//! The gate of a track whose campaign leaves it to the data.
+//! The gate of a track whose campaign leaves the gate to the data.
 
 use crate::align::geometry::{ImageGeometry, ranges_held};
 use crate::choices::Gate;
@@ -6,16 +6,17 @@ use crate::journal::warnings::Warnings;
 use crate::position::aligned::Aligned;
 use crate::scene::Scene;
 
-/// Share of the image that the gate must hold at closest approach where the surface echo is seen at
-/// 2h/c, and where it is not.
+/// Share of the image that must be within the gate at closest approach, where the surface echo is seen at
+/// 2h/c.
 const LEAST_SHARE: f64 = 0.5;
+/// This share where no surface echo is seen.
 const LEAST_SHARE_UNSEEN: f64 = 0.75;
-/// Pixels along each side at which the image's ranges are looked at.
+/// Number of pixels along each side at which ranges are evaluated.
 const PIXELS_A_SIDE: usize = 9;
 
-/// The gate in force for traces at their places: [`Gate::Auto`] becomes the gate about 2h/c where the image
-/// lies below the flight, and none where it lies to the side. An image whose sides follow the flight does not
-/// depend on where the radar looks: only the surface echo shows this.
+/// The gate for traces with known positions: [`Gate::Auto`] becomes the gate about 2h/c where the image lies
+/// below the flight, and no gate where the image lies to the side. The extent of an image whose sides follow
+/// the flight does not depend on the radar's direction of view, which only the surface echo shows.
 #[must_use]
 pub fn settle_gate(
     choice: Gate,
@@ -65,8 +66,8 @@ pub fn settle_gate(
     }
 }
 
-/// Share of the image within the gate of a view below the flight at closest approach; none where the image's
-/// sides follow the gate.
+/// Share of the image within the gate of a downward view at closest approach; `None` where the image's sides
+/// follow the gate.
 fn share_below(aligned: &Aligned, scene: &Scene) -> Option<f64> {
     if scene.open.sides != [false; 2] {
         return None;
@@ -135,11 +136,11 @@ mod tests {
         assert_eq!(settled(10.0, [-9.0, 9.0], true), (below, 0));
         assert_eq!(settled(10.0, [-9.0, 9.0], false), (below, 0));
         assert_eq!(settled(1.2, [4.0, 30.0], false), (Gate::None, 1));
-        // Sides that follow the flight do not depend on where the radar looks.
+        // Sides that follow the flight do not depend on the radar's direction of view.
         let follows = |sees_surface| settled_in([true; 2], 2.0, [-9.0, 9.0], sees_surface);
         assert_eq!(follows(true), (below, 0));
         assert_eq!(follows(false), (Gate::None, 1));
-        // At the height of the platform nothing is below.
+        // At the height of the platform no pixel is below the flight.
         assert_eq!(settled(0.0, [2.0, 12.0], false), (Gate::None, 1));
     }
 }

@@ -1,4 +1,4 @@
-//! Geometry of flight and image: resolution cell, and ranges that the data hold.
+//! Geometry of flight and image: resolution cell, and ranges covered by the data.
 
 use std::f64::consts::TAU;
 
@@ -15,8 +15,8 @@ pub(crate) struct ImageGeometry<'a> {
     pub light_speed_m_s: f64,
 }
 
-/// Span of the two-way wavenumber along east and north (rad/m) at `pixel_m`: the support of its
-/// point spread function, over all traces and the band.
+/// Span of the two-way wavenumber along east and north (rad/m) at `pixel_m`, over all traces and the band:
+/// the support of the pixel's point spread function.
 pub(crate) fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -> [f64; 2] {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
@@ -35,11 +35,11 @@ pub(crate) fn wavenumber_span(geometry: &ImageGeometry<'_>, pixel_m: [f64; 3]) -
     std::array::from_fn(|axis| (high[axis] - low[axis]).max(0.0))
 }
 
-/// Pixels whose ranges the data hold.
+/// Coverage of the pixels' ranges by the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RangesHeld {
-    /// Share of the pixels whose range of closest approach is held: an echo is focused from the traces about its
-    /// closest approach, and traces from afar alone leave smeared arcs.
+    /// Share of the pixels whose range of closest approach is covered: an echo is focused from the traces
+    /// about its closest approach; distant traces alone leave smeared arcs.
     pub focused: f64,
     /// Whether any pixel is within the ranges of any trace.
     pub any: bool,
@@ -47,8 +47,8 @@ pub(crate) struct RangesHeld {
     pub range_m: [f64; 2],
 }
 
-/// The pixels whose ranges are within `held_m`, nearest and farthest range of each trace (m); none where the lists
-/// have different lengths.
+/// Coverage of the pixels by `held_m`, the nearest and farthest range of each trace (m); `None` where the
+/// lists have different lengths.
 pub(crate) fn ranges_held(geometry: &ImageGeometry<'_>, held_m: &[[f64; 2]]) -> Option<RangesHeld> {
     if geometry.position_m.is_empty() || held_m.len() != geometry.position_m.len() {
         return None;

@@ -1,4 +1,4 @@
-//! Stage `align`: a position for every trace, and which traces enter the image.
+//! Stage `align`: a position for every trace, and the selection of the traces that enter the image.
 
 mod antennas;
 pub mod calibration;
@@ -37,8 +37,8 @@ use crate::scene::Scene;
 /// Parameters of the stage `align`.
 #[derive(Clone, Debug, Default)]
 pub struct AlignOptions {
-    /// Trajectory time minus radar time. By default that of the clock recorded with the radar log, where
-    /// there is one and the positions are on GPS time; otherwise 0.
+    /// Trajectory time minus radar time. By default the offset of the clock recorded with the radar log,
+    /// where such a clock exists and the positions are on GPS time; otherwise 0.
     pub time_offset: Option<TimeOffset>,
     /// The traces that enter background and image.
     pub select: Select,
@@ -47,19 +47,19 @@ pub struct AlignOptions {
     pub max_gap_s: Option<f64>,
     /// Treatment of traces at unfixed positions.
     pub unfixed: Unfixed,
-    /// Where the heights come from.
+    /// Source of the heights.
     pub height: HeightSource,
-    /// Fast time at which range is zero, where it is stated (ns): for heights by the radar.
+    /// Stated fast time of zero range (ns), for heights by the radar.
     pub delay_ns: Option<f64>,
-    /// Lever arm that the positions contain: forward, left, up (m). Its horizontal part turns with the
-    /// heading, which hovering does not show.
+    /// Lever arm that the positions contain: forward, left, up (m). The horizontal part of the lever arm
+    /// turns with the heading, which hovering does not determine.
     pub lever_arm_m: [f64; 3],
-    /// Transmitter from the receiver, where they are apart: forward, left, up (m).
+    /// Vector from the receiver to a separate transmitter: forward, left, up (m).
     pub antenna_offset_m: Option<[f64; 3]>,
 }
 
 impl AlignOptions {
-    /// The selection in force: spectra are taken as they come.
+    /// The selection in force; all spectra are selected.
     fn select_of(&self, radar: &RadarContent) -> Select {
         match (self.select, radar) {
             (Select::Auto, RadarContent::Spectrum(_)) => Select::All,
@@ -73,13 +73,13 @@ impl AlignOptions {
 pub struct Flight<'a> {
     /// The radar log.
     pub radar: &'a RadarContent,
-    /// Where the radar was.
+    /// Positions of the radar.
     pub positions: &'a Positions,
-    /// What it flew over.
+    /// The scene below the flight.
     pub scene: &'a Scene,
 }
 
-/// Why no trace can enter the image.
+/// Reason for which no trace can enter the image.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AlignError {
@@ -100,25 +100,25 @@ pub enum AlignError {
     /// Traces have positions, but none of them is selected.
     #[error("no trace is left: {placed} have a position, none of them is selected")]
     NoneLeft {
-        /// Traces that have a position.
+        /// Number of traces with a position.
         placed: usize,
     },
-    /// A selection that cannot be.
+    /// An invalid selection.
     #[error(transparent)]
     Select(#[from] SelectError),
-    /// The radar gives no heights.
+    /// Heights by the radar cannot be found.
     #[error(transparent)]
     Height(#[from] RadarHeightError),
-    /// Traces that cannot be had.
+    /// Traces that the log does not contain.
     #[error(transparent)]
     Traces(#[from] RadargramError),
-    /// The direction of antennas that are apart is not known.
+    /// The orientation of separate antennas is not known.
     #[error(
         "[radar] antenna_offset_m: expected attitudes, or traces that move along their line, found neither; state \
          transmitter_m and receiver_m in the file"
     )]
     NoHeading,
-    /// Positions that are not one for each trace.
+    /// A number of positions that differs from the number of traces.
     #[error("expected one position for each of the {traces} traces, found {positions}")]
     Positions {
         /// Traces in the log.
@@ -128,7 +128,7 @@ pub enum AlignError {
     },
 }
 
-/// Gives every trace its position at a known offset, and selects.
+/// Assigns a position to every trace at a known offset, and selects the traces that enter the image.
 ///
 /// # Errors
 /// No overlap of radar log and trajectory, or no trace left.
@@ -213,7 +213,7 @@ pub fn align(
         sigma_m: sigma_m.unwrap_or_default(),
         status: kept.iter().map(|p| p.place.status).collect(),
         all,
-        stands: selection.stands,
+        is_often_at_rest: selection.is_often_at_rest,
         radar_height: None,
     };
     aligned.path_m = aligned.path_along_lines_m(&aligned.position_m);
@@ -240,12 +240,12 @@ fn line_starts(positions: &Positions, kept: &[&Placed]) -> Vec<usize> {
         .collect()
 }
 
-/// Number of the line that a trace is on.
+/// Number of the line of a trace.
 fn line_of(line_starts: &[usize], trace: usize) -> usize {
     line_starts.partition_point(|start| *start <= trace)
 }
 
-/// Whether the lever arm of a trace is turned by an earlier heading.
+/// Whether the lever arm of a trace uses an earlier heading.
 fn is_held(options: &AlignOptions, placed: &Placed) -> bool {
     options.lever_arm_m[..2] != [0.0; 2]
         && placed.place.attitude.is_none()
@@ -268,8 +268,8 @@ pub(crate) struct TracePlaces<'a> {
 }
 
 impl<'a> TracePlaces<'a> {
-    /// None where places depend on more than the trajectory: places recorded with the traces, heights by the
-    /// radar.
+    /// `None` where positions depend on more than the trajectory: positions recorded with the traces, or
+    /// heights by the radar.
     pub fn of(flight: Flight<'a>, options: &AlignOptions) -> Option<Self> {
         let (Positions::Trajectory(trajectory), HeightSource::Positions) =
             (flight.positions, options.height)
@@ -283,7 +283,8 @@ impl<'a> TracePlaces<'a> {
         })
     }
 
-    /// Places (m) of some traces, as [`align`] finds them; none where one of the traces has no place.
+    /// Positions (m) of some traces, equal to those of [`align`]; `None` where one of the traces has no
+    /// position.
     pub fn at(&self, traces: &[usize], time_offset_s: f64) -> Option<Vec<[f64; 3]>> {
         let place = |trace: &usize| {
             let place = self.at.at(self.time_s[*trace] + time_offset_s);
@@ -301,7 +302,7 @@ fn is_taken(place: &Interpolated, keeps_unfixed: bool) -> bool {
 /// Share of the traces that may lie before or after the trajectory without a warning.
 const MOMENT: f64 = 0.01;
 
-/// Refusal of traces that fall on other times than the positions.
+/// Error for traces at other times than the positions.
 fn no_overlap(time_offset_s: f64, traces_s: [f64; 2], trajectory: &Trajectory) -> AlignError {
     AlignError::NoOverlap {
         time_offset_s,
@@ -314,7 +315,8 @@ fn no_overlap(time_offset_s: f64, traces_s: [f64; 2], trajectory: &Trajectory) -
 struct Placed {
     trace: usize,
     place: Interpolated,
-    /// Horizontal speed (m/s), averaged over half a second; none where the position is much worse than others.
+    /// Horizontal speed (m/s), averaged over half a second; `None` where the position is much worse than
+    /// others.
     speed_m_s: Option<f64>,
 }
 
@@ -339,8 +341,8 @@ impl OnTrajectory<'_> {
             return Err(no_overlap(self.time_offset_s, traces_s, self.trajectory));
         }
         let outside = coverage.count(Flag::BeforeStart) + coverage.count(Flag::AfterEnd);
-        // A log that runs a moment longer than the other is no fault of the flight; the finding
-        // `trajectory_coverage` counts these traces all the same.
+        // A radar log slightly longer than the trajectory is normal; the finding `trajectory_coverage` still
+        // counts these traces.
         if outside as f64 > MOMENT * self.times_s.len() as f64 {
             warnings.count(
                 outside,
@@ -384,7 +386,7 @@ impl OnTrajectory<'_> {
     }
 }
 
-/// Positions that came with the traces.
+/// Positions recorded with the traces.
 fn per_trace(
     time_s: &[f64],
     places: &TracePositions,
@@ -442,7 +444,7 @@ fn per_trace(
         .collect();
     Ok((all, placed))
 }
-/// Replaces the heights of the traces, those of the positions, by heights that the radar measures.
+/// Replaces the positions' heights of the traces by heights that the radar measures.
 fn with_heights_by_radar(
     mut aligned: Aligned,
     flight: Flight<'_>,

@@ -1,5 +1,5 @@
-//! The clock offset found from the data alone: by height and motion over all offsets at which the
-//! logs overlap, then by the sharpness of images about those that agree.
+//! Estimation of the clock offset from the data alone: by height and motion over all offsets at which the
+//! logs overlap, then by the sharpness of images about the offsets that agree.
 
 use std::ops::Range;
 
@@ -36,7 +36,7 @@ pub struct Curve {
     pub score: Vec<f64>,
 }
 
-/// How an offset was found.
+/// An offset found from the data, with its evidence.
 #[derive(Clone, Debug)]
 pub struct OffsetSearch {
     /// The offset with its standard deviation, its strongest rival, and the delay found together with the
@@ -48,33 +48,36 @@ pub struct OffsetSearch {
     pub sharpness: Curve,
 }
 
-/// Longest trajectory that is searched (s): the work grows with it.
+/// Longest trajectory that is searched (s): the work grows with the duration.
 const LONGEST_S: f64 = 4.0 * 3600.0;
 /// Spacing of the offsets at which images are tried (s): 2 cm at 2 m/s.
 const SHARPNESS_STEP_S: f64 = 0.01;
-/// Images that are tried at most.
+/// Largest number of images tried.
 const SHARPNESS_IMAGES: usize = 100;
-/// Pixels of each.
+/// Number of pixels of each image.
 const SHARPNESS_PIXELS: f64 = 60_000.0;
-/// Most sub-apertures whose images are scored one by one: their scatter gives the offset's own.
+/// Largest number of sub-apertures whose images are scored separately: the scatter of their offsets gives the
+/// standard deviation of the offset.
 const SUB_APERTURES: usize = 4;
-/// Traces of a sub-aperture at least.
+/// Least number of traces of a sub-aperture.
 const LEAST_TRACES: usize = 40;
-/// Spacing of the offsets at which the whole aperture is imaged, and their range about the estimate (s).
+/// Spacing of the offsets at which the whole aperture is imaged (s).
 const WHOLE_STEP_S: f64 = 0.005;
+/// Range of these offsets to either side of the estimate (s).
 const WHOLE_REACH_S: f64 = 0.12;
-/// Noise of heights from fix to fix above which the heights are smoothed (m), and half the window of the
-/// smoothing (s): the wander of a platform is slower.
+/// Noise of heights from fix to fix above which the heights are smoothed (m).
 const QUIET_M: f64 = 1.5e-3;
+/// Half window of the smoothing (s): the wander of a platform is slower.
 const SMOOTHED_S: f64 = 0.7;
-/// Correlation of change and speed, and its share elsewhere, from which motion alone narrows the offsets; and
-/// to which deviation (s).
+/// Least correlation of change and speed for which motion alone narrows the offsets.
 const CLEAR_CORRELATION: f64 = 0.6;
+/// Largest correlation at other offsets, as a share of this one.
 const CLEAR_SHARE: f64 = 0.5;
+/// Standard deviation to which such motion narrows the offset (s).
 const CLEAR_MOTION_SIGMA_S: f64 = 0.05;
-/// Swing of the phase centre by unrecorded tilts (m): 2°, 20 cm below the antenna; and the period of the
-/// tilts and of a platform's wander (s).
+/// Swing of the phase centre by unrecorded tilts (m): 2° at a distance of 20 cm.
 const SWING_M: f64 = 7e-3;
+/// Period of the tilts and of a platform's wander (s).
 const SWING_PERIOD_S: f64 = 3.0;
 
 /// Unknown motion of the phase centre that correlates with another motion of the platform (m): two unrelated
@@ -82,10 +85,10 @@ const SWING_PERIOD_S: f64 = 3.0;
 pub(crate) fn lasting_motion_m(duration_s: f64) -> f64 {
     SWING_M / (duration_s / SWING_PERIOD_S).max(1.0).sqrt()
 }
-/// Range of offsets over which traces are placed and cleaned as at its middle (s).
+/// Range of offsets over which traces are placed and cleaned as at the middle of the range (s).
 const CLEANED_ANEW_S: f64 = 0.5;
 
-/// Why the clock offset cannot be found.
+/// Reason for which the clock offset cannot be found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OffsetError {
@@ -96,13 +99,13 @@ pub enum OffsetError {
          flight alone"
     )]
     TooLong {
-        /// Its length (s).
+        /// Length of the trajectory (s).
         found_s: f64,
     },
     /// The data leave the offset open, or agree with several offsets.
     #[error("[trajectory] time_offset_s = \"auto\": {cause}; {}", settling(cause))]
     Undecided {
-        /// Why, with the offsets that remain.
+        /// Reason, with the offsets that remain.
         cause: Undecided,
     },
     /// No trace can be placed at an offset that is tried.
@@ -206,8 +209,8 @@ pub fn by_height_and_motion(
     }
 }
 
-/// The offset at which the radargram changes while the platform moves, where no other correlates
-/// nearly as well: starts and halts that are unmistakable.
+/// The offset at which the radargram changes while the platform moves, where no other offset correlates
+/// nearly as well: unmistakable starts and halts.
 fn clear_motion(radargram: &Radargram, profile: &FlightProfile) -> Option<ClockPrior> {
     // Change saturates when the platform moves a quarter of a wavelength between traces; its root depends
     // more on motion than on the scenery in view.
@@ -228,18 +231,18 @@ fn clear_motion(radargram: &Radargram, profile: &FlightProfile) -> Option<ClockP
     })
 }
 
-/// How the traces of a track are placed and cleaned while offsets are tried.
+/// Options for placing and cleaning the traces of a track while offsets are tried.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial<'a> {
     /// The track.
     pub flight: Flight<'a>,
-    /// How its traces are placed.
+    /// Options of the placement of the traces.
     pub align: &'a AlignOptions,
-    /// How they are cleaned.
+    /// Options of the cleaning.
     pub clean: &'a CleanOptions,
 }
 
-/// Among the offsets that height and motion leave, the one with the sharpest images.
+/// The offset with the sharpest images among the offsets that agree with height and motion.
 ///
 /// # Errors
 /// Two offsets that remain, data that cannot be imaged, cancellation.
@@ -305,7 +308,7 @@ pub fn refine(
     })
 }
 
-/// Traces cleaned where an offset puts them.
+/// Traces cleaned at the positions of an offset.
 struct CleanedAt {
     aligned: Aligned,
     spectrum: Spectrum,
@@ -314,25 +317,25 @@ struct CleanedAt {
 /// Echoes whose image over the whole aperture is scored.
 struct WholeAperture<'a> {
     cleaned: &'a CleanedAt,
-    /// Interpolates the places of its traces; none where places depend on more than the trajectory.
+    /// Interpolation of the traces' positions; `None` where positions depend on more than the trajectory.
     places: Option<&'a TracePlaces<'a>>,
     grid: PlaneGrid,
-    /// Deviation of the sharpest offset that every image has in common (s).
+    /// Standard deviation of the error of the sharpest offset that is common to all images (s).
     common_s: f64,
-    /// Deviation that no number of images brings the offset below (s).
+    /// Lower bound of the offset's standard deviation for any number of images (s).
     least_sigma_s: f64,
 }
 
 impl Trial<'_> {
-    /// Deviation of the sharpest offset by unrecorded tilts, which swing the phase centre: an offset moves
-    /// traces by the deviation of the velocity from its mean, and the sharpest offset compensates for part of
-    /// such a swing.
+    /// Standard deviation of the sharpest offset by unrecorded tilts, which swing the phase centre: an offset
+    /// moves traces by the deviation of the velocity from its mean, and the sharpest offset compensates for
+    /// part of such a swing.
     fn common_sigma_s(&self, likelihood: &OffsetLikelihood) -> f64 {
-        let unsaid = &mut Warnings::default();
+        let discarded = &mut Warnings::default();
         let aligned = likelihood
             .candidates
             .first()
-            .and_then(|best| align(self.flight, self.align, best.offset_s, unsaid).ok());
+            .and_then(|best| align(self.flight, self.align, best.offset_s, discarded).ok());
         aligned.map_or(0.0, |aligned| {
             let wander_m_s = velocity_wander_m_s(&aligned);
             let ends = (aligned.time_s.first(), aligned.time_s.last());
@@ -341,8 +344,8 @@ impl Trial<'_> {
         })
     }
 
-    /// The image's rectangle; where its sides are left to the flight, about the traces at the most
-    /// likely offset.
+    /// The image's rectangle; where the sides are left to the flight, a rectangle about the traces at the
+    /// most likely offset.
     fn rectangle(&self, likelihood: &OffsetLikelihood) -> Result<PlaneGrid, OffsetError> {
         let scene = self.flight.scene;
         let grid = PlaneGrid {
@@ -364,11 +367,11 @@ impl Trial<'_> {
         Ok(scene.around(&aligned.position_m, grid.z_m)?)
     }
 
-    /// The traces cleaned at an offset; none where no trace has a place or no surface is seen.
+    /// The traces cleaned at an offset; `None` where no trace has a position or no surface is seen.
     fn cleaned_at(&self, offset_s: f64) -> Result<Option<CleanedAt>, OffsetError> {
-        // Warnings are given once, at the offset finally taken.
-        let unsaid = &mut Warnings::default();
-        let Ok(aligned) = align(self.flight, self.align, offset_s, unsaid) else {
+        // Warnings are given once, at the final offset.
+        let discarded = &mut Warnings::default();
+        let Ok(aligned) = align(self.flight, self.align, offset_s, discarded) else {
             return Ok(None);
         };
         let Ok(cleaned) = clean(
@@ -376,7 +379,7 @@ impl Trial<'_> {
             &aligned,
             self.flight.scene,
             self.clean,
-            unsaid,
+            discarded,
         ) else {
             return Ok(None);
         };
@@ -386,8 +389,8 @@ impl Trial<'_> {
         }))
     }
 
-    /// Contrasts of the images of the sub-apertures at each offset; none where a trace of the echoes has no place
-    /// then.
+    /// Contrasts of the images of the sub-apertures at each offset; empty where a trace of the echoes has no
+    /// position at the offset.
     fn contrasts(
         &self,
         (cleaned, places): (&CleanedAt, Option<&TracePlaces<'_>>),
@@ -432,8 +435,8 @@ impl Trial<'_> {
 }
 
 impl Trial<'_> {
-    /// The estimate, updated by the contrast of images of the whole aperture: a coherent peak against
-    /// its surroundings, whose amplitude ratio counts as a likelihood ratio does.
+    /// The estimate, updated by the contrast of images of the whole aperture: a coherent peak against its
+    /// surroundings, whose amplitude ratio is used as a likelihood ratio.
     fn by_whole_aperture(
         &self,
         whole: &WholeAperture<'_>,
@@ -495,7 +498,7 @@ impl Trial<'_> {
         })
     }
 
-    /// Positions of the traces of the echoes at an offset; none where one trace has no position.
+    /// Positions of the traces of the echoes at an offset; `None` where a trace has no position.
     fn places_at(
         &self,
         cleaned: &CleanedAt,
@@ -511,8 +514,8 @@ impl Trial<'_> {
             select: Select::All,
             ..self.align.clone()
         };
-        let unsaid = &mut Warnings::default();
-        let all = align(self.flight, &everywhere, offset_s, unsaid)?;
+        let discarded = &mut Warnings::default();
+        let all = align(self.flight, &everywhere, offset_s, discarded)?;
         let position_of = |trace: &usize| {
             let at = all.traces.binary_search(trace).ok()?;
             Some(all.position_m[at])
@@ -556,8 +559,8 @@ fn least_sigma_s(likelihood: &OffsetLikelihood, found: &OffsetEstimate, common_s
     together_s.max(0.5 * WHOLE_STEP_S)
 }
 
-/// Log-likelihoods over offsets whose own deviation is wider by a common one: likelihoods averaged over
-/// a normal distribution about each offset.
+/// Log-likelihoods over offsets, widened by a common error: likelihoods are averaged over a normal
+/// distribution about each offset.
 fn widened(tried: &[(f64, f64)], common_s: f64) -> Vec<(f64, f64)> {
     let highest = tried.iter().map(|t| t.1).fold(f64::NEG_INFINITY, f64::max);
     let at = |offset_s: f64| {
@@ -572,7 +575,7 @@ fn widened(tried: &[(f64, f64)], common_s: f64) -> Vec<(f64, f64)> {
     tried.iter().map(|(t, _)| (*t, at(*t))).collect()
 }
 
-/// Log-likelihoods with those of the prior added.
+/// Log-likelihoods plus the log-likelihoods of the prior.
 fn weighed_by(before: &OffsetEstimate, tried: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let known = |t: f64| -0.5 * ((t - before.offset_s) / before.sigma_s.max(1e-6)).powi(2);
     tried.iter().map(|(t, l)| (*t, l + known(*t))).collect()
@@ -621,7 +624,7 @@ fn part_of(spectrum: &Spectrum, part: Range<usize>) -> Spectrum {
     }
 }
 
-/// The brightest pixel's modulus over the median one's; 1 for an image of zeros.
+/// The brightest pixel's modulus over the median modulus; 1 for an image of zeros.
 fn contrast(image: &[Complex32]) -> f64 {
     let mut power: Vec<f32> = image.iter().map(|value| value.norm_sqr()).collect();
     let middle = power.len() / 2;

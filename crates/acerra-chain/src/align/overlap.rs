@@ -1,16 +1,16 @@
-//! Whether radar log and positions can belong together, before any search: times that do not overlap, and
-//! intervals between positions that no flight has.
+//! Check before any search whether radar log and positions can belong together: times must overlap, and
+//! positions must be frequent enough.
 
 use crate::align::recording::Recording;
 use crate::align::{AlignError, no_overlap};
 use crate::choices::TimeOffset;
 use crate::position::Positions;
 
-/// Two positions are accepted as the ends of a rail. Where the whole radar log lies between two positions,
-/// and all positions last this many times longer than the radar log, the interval is rejected.
+/// Positions whose interval contains the whole radar log are rejected where all positions last this many
+/// times longer than the radar log; two positions alone are accepted as the ends of a rail.
 const MUCH_LONGER: f64 = 10.0;
 
-/// Why the clocks of a radar log and of positions cannot belong together.
+/// Reason for which the clocks of a radar log and of positions cannot belong together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ClocksError {
@@ -32,7 +32,7 @@ pub enum ClocksError {
     },
 }
 
-/// Compares the times of a recording's traces with those of its positions.
+/// Compares the times of a recording's traces with the times of its positions.
 ///
 /// # Errors
 /// A stated offset at which they do not overlap, positions too rare to follow the traces.

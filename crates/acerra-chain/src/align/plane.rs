@@ -1,9 +1,9 @@
-//! The height of the ground, where neither terrain nor origin nor the campaign gives it.
+//! Estimation of the ground's height, where neither terrain nor origin nor the campaign gives the height.
 //!
 //! The surface echo ties the ground to the delay at which range is zero: raising the ground by Δz moves the
-//! echo's expected time by −2Δz/c, and zero-timing follows. Along that line of pairs of height and delay,
+//! echo's expected time by −2Δz/c, and zero-timing follows. Along this line of pairs of height and delay,
 //! echoes of targets have the right curvature only at the true ground, where the image is sharpest. Direct
-//! coupling, where it is seen, narrows the heights to a few decimetres.
+//! coupling, where present, narrows the heights to a few decimetres.
 
 use acerra_geo::trajectory::Trajectory;
 use acerra_imaging::{ImagingError, PlaneGrid, TrialImage, TrialImages};
@@ -27,16 +27,16 @@ use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
 use crate::scene::Scene;
 
-/// Height of the ground as the radar sees it.
+/// Height of the ground found by the radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundFound {
     /// Height in the frame of the positions (m).
     pub z_m: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation of the height (m).
     pub sigma_m: f64,
 }
 
-/// Why the ground cannot be found.
+/// Reason for which the ground cannot be found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GroundError {
@@ -56,10 +56,10 @@ pub enum GroundError {
     Ambiguous {
         /// The sharpest height (m).
         first_m: f64,
-        /// The next (m).
+        /// The second sharpest height (m).
         second_m: f64,
     },
-    /// The clock offset that the height is compared at cannot be found.
+    /// The clock offset, which the comparison of heights needs, cannot be found.
     #[error(transparent)]
     Offset(#[from] OffsetError),
     /// No trace can be placed.
@@ -76,27 +76,30 @@ pub enum GroundError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Fast time of the direct coupling after fast time zero (s), and its tolerance.
+/// Fast time of the direct coupling after fast time zero (s).
 const COUPLING_S: f64 = 1.0e-9;
+/// Standard deviation of this fast time (s).
 const COUPLING_SIGMA_S: f64 = 1.0e-9;
-/// Least level of the coupling above the rest of the mean trace (dB), and its largest wander (s).
+/// Least level of the coupling above the rest of the mean trace (dB).
 const COUPLING_CONTRAST_DB: f64 = 20.0;
+/// Largest wander of the coupling (s).
 const COUPLING_SPREAD_S: f64 = 0.1e-9;
 /// Delays of an instrument without a calibration (s).
 const DELAY_S: [f64; 2] = [-1e-9, 20e-9];
 /// Pixels of the coarse images: 5 cm apart on 1000 m², as fine as the targets are narrow.
 const PIXELS: f64 = 400_000.0;
-/// Spacing of the heights tried, coarsely and finely (m).
+/// Spacing of the heights of the coarse search (m).
 const COARSE_STEP_M: f64 = 0.03;
+/// Spacing of the heights of the fine search (m).
 const FINE_STEP_M: f64 = 0.01;
-/// Heights tried about the coarse maximum (m).
+/// Range of the fine search to either side of the coarse maximum (m).
 const FINE_REACH_M: f64 = 0.1;
 /// Heights nearer than this to the sharpest count as the same maximum (m).
 const APART_M: f64 = 0.2;
 /// Logarithm of the fourth moment by which the sharpest must surpass every other.
 const LEAST_MARGIN: f64 = 0.3;
 
-/// Finds the ground under a recording whose scene leaves it open.
+/// Finds the height of the ground under a recording whose scene states none.
 ///
 /// # Errors
 /// A radargram without a surface echo, heights that cannot be distinguished, cancellation.
@@ -143,7 +146,7 @@ pub(crate) fn lowest_m(trajectory: &Trajectory) -> f64 {
     quantile_m(trajectory, 0.02)
 }
 
-/// The height that they rarely exceed (m).
+/// The height that the positions rarely exceed (m).
 pub(crate) fn highest_m(trajectory: &Trajectory) -> f64 {
     quantile_m(trajectory, 0.98)
 }
@@ -172,7 +175,7 @@ fn delay_range_s(radargram: &Radargram, options: &CleanOptions) -> [f64; 2] {
     }
 }
 
-/// Heights to try on traces cleaned on one of them.
+/// Search over heights, on traces cleaned at one of the heights.
 struct Search {
     aligned: Aligned,
     spectrum: Spectrum,
@@ -189,7 +192,7 @@ impl Search {
         offset_s: f64,
     ) -> Result<Self, GroundError> {
         let middle = scene.on_ground(0.5 * (z_m[0] + z_m[1]));
-        let unsaid = &mut Warnings::default();
+        let discarded = &mut Warnings::default();
         let flight = Flight {
             radar: &recording.radar.content,
             positions: &recording.positions,
@@ -199,13 +202,13 @@ impl Search {
             time_offset: Some(TimeOffset::Seconds(offset_s)),
             ..recording.options.align.clone()
         };
-        let aligned = align(flight, &options, offset_s, unsaid)?;
+        let aligned = align(flight, &options, offset_s, discarded)?;
         let cleaned = clean(
             flight.radar,
             &aligned,
             &middle,
             &recording.options.clean,
-            unsaid,
+            discarded,
         )?;
         let fine = scene.around(&aligned.position_m, middle.pixels.grid.z_m)?;
         let grid = coarse(fine, PIXELS)?;
@@ -218,7 +221,8 @@ impl Search {
         })
     }
 
-    /// The sharpest height, coarsely on the whole image, then on its strongest echoes.
+    /// The sharpest height: a coarse search on the whole image, then a fine one on the image's strongest
+    /// echoes.
     fn run(&self, control: &Control<'_>) -> Result<GroundFound, GroundError> {
         let count = ((self.z_m[1] - self.z_m[0]) / COARSE_STEP_M)
             .ceil()
@@ -271,8 +275,8 @@ impl Search {
         }
     }
 
-    /// Logarithm of the fourth moment of the image on the plane at `z_m`, about its strongest maxima: pixels
-    /// as coarse as those that find them miss a lobe's top by as much as a wrong height costs it.
+    /// Logarithm of the fourth moment of the image on the plane at `z_m`, about its strongest maxima: on the
+    /// coarse pixels of the search for maxima, missing a lobe's top costs as much as a wrong height.
     fn score(&self, z_m: f64) -> Result<f64, GroundError> {
         let spectrum = self.spectrum_on(z_m);
         let grid = PlaneGrid { z_m, ..self.grid };
@@ -298,7 +302,7 @@ impl Search {
             .map(|k| about_m + f64::from(k) * FINE_STEP_M)
             .collect();
         let searched = Searched::new(places, &spectrum, self.light_speed_m_s);
-        // Zero-timing would move the ranges as far as the plane moves.
+        // Zero-timing moves the ranges as far as the plane moves.
         let looks: Vec<TrialImages> = (patches.iter())
             .map(|patch| searched.looks(*patch, 2.0 * FINE_REACH_M))
             .collect::<Result<_, _>>()?;
@@ -327,7 +331,7 @@ impl Search {
         Ok(sharpest(&tried_m, &scores))
     }
 
-    /// The spectra as zero-timing would leave them with the ground at `z_m`.
+    /// The spectra after zero-timing with the ground at `z_m`.
     fn spectrum_on(&self, z_m: f64) -> Spectrum {
         let earlier_s = 2.0 * (z_m - self.grid.z_m) / self.light_speed_m_s;
         delayed(&self.spectrum, -earlier_s)

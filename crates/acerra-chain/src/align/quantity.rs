@@ -1,4 +1,4 @@
-//! Quantities of the whole flight or of a track, and their estimates by an autofocus.
+//! Quantities of the whole flight or of a track that an autofocus estimates.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ pub enum Quantity {
     Delay,
     /// Trajectory time minus radar time, s.
     ClockOffset,
-    /// Its drift about the middle of the track, ppm.
+    /// Drift of the clock offset about the middle of the track, ppm.
     ClockDrift,
     /// Lever arm forward, m.
     LeverForward,
@@ -22,26 +22,26 @@ pub enum Quantity {
     Height,
     /// Propagation speed, m/s.
     LightSpeed,
-    /// Delay of a track's instrument relative to the other tracks', ns.
+    /// Delay of a track's instrument relative to the other tracks, ns.
     TrackDelay,
-    /// Phase of a track's instrument against the first track's, degrees.
+    /// Phase of a track's instrument relative to the first track, degrees.
     TrackPhase,
-    /// Error that a track's positions have in common, east, m.
+    /// Common error of a track's positions, east, m.
     TrackEast,
-    /// The same, north, m.
+    /// Common error of a track's positions, north, m.
     TrackNorth,
-    /// The same, up, m.
+    /// Common error of a track's positions, up, m.
     TrackUp,
-    /// Its change about the middle of the track, east, m/s.
+    /// Rate of the positions' error about the middle of the track, east, m/s.
     TrackEastRate,
-    /// The same, north, m/s.
+    /// Rate of the positions' error about the middle of the track, north, m/s.
     TrackNorthRate,
-    /// The same, up, m/s.
+    /// Rate of the positions' error about the middle of the track, up, m/s.
     TrackUpRate,
 }
 
 impl Quantity {
-    /// Its name in findings.
+    /// Name of the quantity in findings.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -64,7 +64,7 @@ impl Quantity {
         }
     }
 
-    /// The unit of its value.
+    /// Unit of the quantity's value.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -79,7 +79,8 @@ impl Quantity {
         }
     }
 
-    /// Its unit over that of the estimate: ranges for delays, radians for phases, shares for speeds.
+    /// Factor from the unit of the estimate (ranges for delays, radians for phases, shares for speeds) to the
+    /// quantity's unit.
     pub(crate) fn per_estimated(self, light_speed_m_s: f64) -> f64 {
         match self {
             Self::Delay | Self::TrackDelay => 2e9 / light_speed_m_s,
@@ -90,20 +91,20 @@ impl Quantity {
     }
 }
 
-/// A quantity of the whole flight that was left free: true less stated.
+/// An estimated quantity of the whole flight: true less stated value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GlobalCorrection {
-    /// Which.
+    /// The quantity.
     pub quantity: Quantity,
-    /// The track that the quantity belongs to, where there are several tracks with a value each.
+    /// The track of the quantity, where several tracks have separate values.
     pub track: Option<usize>,
     /// Whether range zero moves with the quantity: the surface echo defined range zero, at the height of the
     /// positions.
     pub moves_zero: bool,
-    /// Its value, in the quantity's unit.
+    /// Value in the quantity's unit.
     pub value: f64,
-    /// Its posterior standard deviation.
+    /// Posterior standard deviation.
     pub sigma: f64,
-    /// Its prior standard deviation.
+    /// Prior standard deviation.
     pub prior_sigma: f64,
 }

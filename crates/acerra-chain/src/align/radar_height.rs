@@ -3,8 +3,8 @@
 //!
 //! Single-point heights are metres off, and a few centimetres already cost focus. The surface echo gives the
 //! height above level ground to about 5 cm, up to the delay at which range is zero (Catapano et al. 2020,
-//! ref. 17). Where the delay is not stated, the mean height stays that of the positions, and zero-timing uses
-//! that level as always.
+//! ref. 17). Where the delay is not stated, the positions' mean height is kept, and zero-timing uses this
+//! level.
 
 use acerra_radar::Radargram;
 use acerra_radar::clean::{SurfaceOptions, SurfaceTrack, track_surface};
@@ -18,15 +18,16 @@ pub struct RadarHeights {
     pub height_m: Vec<f64>,
     /// Standard deviation of a height (m): the scatter of the picks, and the roughness of the ground.
     pub sigma_m: f64,
-    /// Standard deviation of the positions' heights about the radar's, without their common level (m).
+    /// Standard deviation of the positions' heights about the radar's heights, without their common level
+    /// (m).
     pub positions_off_m: f64,
-    /// Share of the traces whose echo was taken.
+    /// Share of the traces whose echo was used.
     pub picked: f64,
     /// Level of the followed echo above the rest of the radargram (dB).
     pub contrast_db: f64,
 }
 
-/// Why the radar gives no heights.
+/// Reason for which the radar gives no heights.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadarHeightError {
@@ -42,45 +43,45 @@ pub enum RadarHeightError {
     /// No echo can be followed.
     #[error("[trajectory] height = \"radar\": no surface echo can be followed: {0}")]
     NoEcho(String),
-    /// The echo that was followed is lost too often.
+    /// The echo is missing in too many traces.
     #[error(
         "[trajectory] height = \"radar\": the surface echo is followed in {percent:.0} % of the \
          traces, {needed:.0} % are needed"
     )]
     Lost {
-        /// Traces in which it is (%).
+        /// Traces in which the echo is followed (%).
         percent: f64,
-        /// Traces in which it must be (%).
+        /// Traces in which the echo must be followed (%).
         needed: f64,
     },
 }
 
 /// Largest error of the positions' heights up to which the echo is followed (m).
 const STRAY_M: f64 = 4.0;
-/// Length over which picks are one smooth curve (s), and distance from the curve from which a pick is an
-/// outlier (s).
+/// Length over which picks follow one smooth curve (s).
 const SMOOTH_S: f64 = 0.6;
+/// Distance from the curve beyond which a pick is an outlier (s).
 const OUTLIER_S: f64 = 0.5e-9;
-/// Share of the traces that must show the echo.
+/// Least share of the traces with an echo.
 const LEAST_PICKED: f64 = 0.6;
-/// Contrast that the echo needs (dB).
+/// Least contrast of the echo (dB).
 const LEAST_CONTRAST_DB: f64 = 6.0;
-/// Roughness of ordinary ground as the surface echo shows it (m): its facets interfere, so that the
-/// crest wanders smoothly.
+/// Roughness of ordinary ground in the surface echo (m): facets of the ground interfere, so that the crest
+/// wanders smoothly.
 const ROUGHNESS_M: f64 = 0.05;
 
-/// Data from the positions of a track whose heights are measured by the radar.
+/// Input of the heights by the radar: a track whose positions have poor heights.
 #[derive(Clone, Copy, Debug)]
 pub struct PoorHeights<'a> {
     /// The selected traces, raw.
     pub radargram: &'a Radargram,
-    /// Their heights above the ground by the positions (m).
+    /// Heights of the traces above the ground by the positions (m).
     pub height_m: &'a [f64],
-    /// Fast time at which range is zero, where it is stated (s).
+    /// Stated fast time of zero range (s).
     pub delay_s: Option<f64>,
 }
 
-/// Follows the surface echo and takes the heights from it.
+/// Heights of the traces from the surface echo.
 ///
 /// # Errors
 /// An echo that cannot be followed, uneven ground.
@@ -109,7 +110,7 @@ pub fn radar_heights(
         .map(|(r, h)| r - h)
         .collect();
     let level_m = median(&above_m);
-    // With an unknown delay, the positions give the level.
+    // For an unknown delay, the positions give the level.
     let delay_m = poor.delay_s.map_or(level_m, |delay_s| half_c * delay_s);
     let off_m: Vec<f64> = above_m.iter().map(|d| (d - level_m).abs()).collect();
     Ok(RadarHeights {
@@ -122,8 +123,8 @@ pub fn radar_heights(
 }
 
 impl PoorHeights<'_> {
-    /// The echo near the positions' heights, or near a constant height where the positions' heights wander
-    /// more than the flight does: whichever echo is clearer.
+    /// The clearer of two echoes: near the positions' heights, or near a constant height, since the
+    /// positions' heights may wander more than the flight.
     fn follow(&self, light_speed_m_s: f64) -> Result<SurfaceTrack, RadarHeightError> {
         let mut options = SurfaceOptions::default().with_follow_s(2.0 * STRAY_M / light_speed_m_s);
         if let Some(delay_s) = self.delay_s {
@@ -165,7 +166,7 @@ impl PoorHeights<'_> {
 struct Curve {
     /// Fast time at each trace (s).
     fast_time_s: Vec<f64>,
-    /// Picks that it goes through.
+    /// Number of picks that determine the curve.
     kept: usize,
     /// Standard deviation of the picks about the curve (s).
     scatter_s: f64,
@@ -218,7 +219,7 @@ fn between(points: &[(f64, f64)], t: f64) -> f64 {
     }
 }
 
-/// The median of the finite values; 0 without one.
+/// The median of the finite values; 0 where none is finite.
 pub(super) fn median(values: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -288,7 +289,7 @@ mod tests {
         assert!(level_m.abs() < 0.02, "{level_m}");
         assert!(found.picked > 0.9 && found.sigma_m < 0.06, "{found:?}");
         assert!((0.2..0.8).contains(&found.positions_off_m));
-        // Without a delay the level is the positions' own.
+        // Without a delay the level is the positions' level.
         let (_, level_m) = heights(1.0, None).unwrap();
         assert!((level_m - 1.2).abs() < 0.5, "{level_m}");
     }

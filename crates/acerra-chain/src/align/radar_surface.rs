@@ -1,10 +1,10 @@
 //! The surface of the ground from the radar's own first echo (`[ground] surface = "radar"`).
 //!
 //! The delay of the ground's first echo bounds the surface: no point of the surface lies within the ellipsoid
-//! of that path about transmitter and receiver (a sphere about one antenna), and one point lies on it. Under
-//! a dense track the surface is therefore the lower envelope of these ellipsoids, whatever its slope. Across
-//! a single track the shape of the ground is unknown: heights to the side of a track are those under the
-//! nearest traces.
+//! of the echo's path about transmitter and receiver (a sphere about one antenna), and one point lies on the
+//! ellipsoid. Under a dense track the surface is therefore the lower envelope of these ellipsoids, whatever
+//! its slope. Across a single track the shape of the ground is unknown: heights to the side of a track are
+//! extrapolated from the nearest traces.
 
 use acerra_imaging::{ImagingError, PlaneGrid, SurfaceGrid};
 use acerra_radar::clean::{CleanError, SurfaceOptions, crests_near, track_surface};
@@ -14,20 +14,20 @@ use crate::align::radar_height::median;
 use crate::position::aligned::Aligned;
 use crate::scene::Scene;
 
-/// A surface as the first echoes place it.
+/// A surface found from the first echoes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadarSurface {
-    /// Its heights, under the image and the tracks.
+    /// Heights of the surface under the image and the tracks.
     pub heights: SurfaceGrid,
-    /// Share of the traces whose first echo was taken.
+    /// Share of the traces whose first echo was used.
     pub picked: f64,
-    /// Standard deviation of first echoes about their neighbours', as heights (m).
+    /// Standard deviation of first echoes about the echoes of neighbouring traces, as heights (m).
     pub scatter_m: f64,
     /// Share of the image's pixels that are farther from every trace than half the height of the flight.
     pub beyond: f64,
 }
 
-/// Why the radar shows no surface.
+/// Reason for which the radar shows no surface.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadarSurfaceError {
@@ -37,50 +37,53 @@ pub enum RadarSurfaceError {
     /// No echo can be followed.
     #[error("[ground] surface = \"radar\": no surface echo can be followed: {0}")]
     NoEcho(#[from] CleanError),
-    /// Traces that the log does not hold.
+    /// Traces that the log does not contain.
     #[error(transparent)]
     Traces(#[from] RadargramError),
-    /// The echo is lost too often.
+    /// The echo is missing in too many traces.
     #[error(
         "[ground] surface = \"radar\": the first echo of the ground is found in {percent:.0} % of the traces, expected \
          {needed:.0} % at least; state the surface (\"level\", \"terrain\")"
     )]
     Lost {
-        /// Traces in which it is found (%).
+        /// Traces in which the echo is found (%).
         percent: f64,
-        /// Traces in which it must be (%).
+        /// Traces in which the echo must be found (%).
         needed: f64,
     },
-    /// Heights that make no surface.
+    /// Heights that are no valid surface.
     #[error(transparent)]
     Surface(#[from] ImagingError),
 }
 
-/// Relief that is followed, in heights of the flight.
+/// Largest relief that is followed, as a fraction of the flight's height.
 const RELIEF_HEIGHTS: f64 = 0.25;
 /// Distance from the crest of the whole trace at which a pick of its changing part belongs to another echo (s).
 const SAME_ECHO_S: f64 = 1e-9;
-/// Traces to either side whose median a pick is compared with.
+/// Number of traces to either side with whose median a pick is compared.
 const NEIGHBOURS: usize = 4;
-/// A pick farther than this from that median is an outlier: in deviations, and least path difference (m).
+/// Distance from the neighbours' median beyond which a pick is an outlier, in standard deviations.
 const OUTLIER_SIGMAS: f64 = 4.0;
+/// Least path difference of an outlier (m).
 const LEAST_OUTLIER_M: f64 = 0.02;
-/// Share of the traces that must show the echo.
+/// Least share of the traces with an echo.
 const LEAST_PICKED: f64 = 0.6;
 /// Sine of the steepest slope that is followed.
 const STEEPEST: f64 = 0.57;
-/// Nodes of the heights times traces, and most nodes.
+/// Largest product of the numbers of nodes and traces.
 const MOST_TERMS: f64 = 1e8;
+/// Largest number of nodes.
 const MOST_NODES: f64 = 1e5;
 
-/// A track whose traces have their places.
+/// A track with positions of its traces.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenTrack<'a> {
-    /// Its traces that are imaged, filtered along fast time, otherwise raw.
+    /// The imaged traces, filtered along fast time and otherwise raw.
     pub radargram: &'a Radargram,
-    /// Where these were measured; heights above the level from which relief is looked for.
+    /// Positions of the traces; heights above the level about which relief is searched.
     pub aligned: &'a Aligned,
-    /// Fast time at which range is zero, where it is stated (s). Otherwise the median of the surface is at that level.
+    /// Stated fast time of zero range (s). Where none is stated, the median of the surface is at the level of
+    /// `aligned`.
     pub delay_s: Option<f64>,
 }
 
@@ -137,7 +140,7 @@ pub fn radar_surface(
 }
 
 impl SeenTrack<'_> {
-    /// Path of the first echo of each trace, and the one of level ground (m).
+    /// Path of the first echo of each trace, and the path over level ground (m).
     fn first_echoes(
         &self,
         light_speed_m_s: f64,
@@ -168,15 +171,15 @@ impl SeenTrack<'_> {
     }
 }
 
-/// A first echo that was taken.
+/// A first echo that is used.
 struct Kept {
     trace: usize,
     path_m: f64,
-    /// From the median of its neighbours, flight and level ground aside (m).
+    /// Deviation from the median of the neighbours, after removal of the path over level ground (m).
     deviation_m: f64,
 }
 
-/// The paths that agree with their neighbours'.
+/// The paths that agree with the paths of neighbouring traces.
 fn kept_paths(first: &[Option<[f64; 2]>]) -> Vec<Kept> {
     let residual = |k: usize| first[k].map(|[path_m, level_m]| path_m - level_m);
     let all: Vec<Kept> = (0..first.len())
@@ -202,8 +205,9 @@ struct Shell {
     centre_m: [f64; 3],
     /// Horizontal direction from one antenna to the other.
     axis: [f64; 2],
-    /// Half axes along that and across it (m).
+    /// Half axis along `axis` (m).
     along_m: f64,
+    /// Half axis across `axis` (m).
     across_m: f64,
 }
 
@@ -225,7 +229,7 @@ impl Shell {
         }
     }
 
-    /// Height of its lower side at `[x, y]` (m); none where that is steeper than any ground followed.
+    /// Height of the shell's lower side at `[x, y]` (m); `None` where the shell is steeper than [`STEEPEST`].
     fn bottom_m(&self, [x_m, y_m]: [f64; 2]) -> Option<f64> {
         let [dx, dy] = [x_m - self.centre_m[0], y_m - self.centre_m[1]];
         let along = (dx * self.axis[0] + dy * self.axis[1]) / self.along_m;
@@ -236,7 +240,7 @@ impl Shell {
     }
 }
 
-/// Distance of neighbouring traces, most often (m).
+/// Typical distance of neighbouring traces (m).
 fn spacing_m(under: &[[f64; 3]]) -> f64 {
     let steps = under.windows(2).map(|pair| {
         let [a, b] = [pair[0], pair[1]];
@@ -245,8 +249,8 @@ fn spacing_m(under: &[[f64; 3]]) -> f64 {
     median(&steps.collect::<Vec<_>>()).max(1e-3)
 }
 
-/// Height to the side of the tracks: that under the nearest traces, with weights that fall with the fourth
-/// power of the distance beyond the distance of the traces.
+/// Height to the side of the tracks: mean of the heights under the traces, with weights that fall with the
+/// fourth power of the distance beyond the spacing of the traces.
 fn beside_m(under: &[[f64; 3]], [x_m, y_m]: [f64; 2], spacing_m: f64) -> f64 {
     let mut sums = [0.0; 2];
     for [x, y, z] in under {

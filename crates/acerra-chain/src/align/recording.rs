@@ -1,4 +1,4 @@
-//! A track as it enters the chain: radar data, positions, and how they are brought together.
+//! A track as input of the chain: radar data, positions, and the options that combine them.
 
 use acerra_geo::trajectory::Frame;
 use acerra_radar::LoggedClock;
@@ -8,22 +8,22 @@ use crate::clean::CleanOptions;
 use crate::position::{LogSources, Positions};
 use crate::read::{RadarContent, RadarData};
 
-/// One flight, in memory.
+/// A flight in memory.
 #[derive(Clone, Debug)]
 pub struct Recording {
     /// Name in reports and messages.
     pub name: String,
-    /// What the radar measured.
+    /// Data of the radar.
     pub radar: RadarData,
-    /// Where the radar was.
+    /// Positions of the radar.
     pub positions: Positions,
     /// Whether a file gives the positions in a local frame whose axes nothing confirms.
     pub has_local_axes: bool,
-    /// Which sources of an autopilot's log the positions are.
+    /// Sources of the positions in an autopilot's log.
     pub log_sources: LogSources,
     /// Step of the last digit in which a file gives the positions, east, north and up (m).
     pub resolution_m: Option<[f64; 3]>,
-    /// How the two are brought together.
+    /// Options for combining radar data and positions.
     pub options: TrackOptions,
 }
 
@@ -47,14 +47,14 @@ impl Recording {
         }
     }
 
-    /// The same with other options of the stage `clean`.
+    /// This recording with other options of the stage `clean`.
     #[must_use]
     pub fn clean_by(mut self, options: CleanOptions) -> Self {
         self.options.clean = options;
         self
     }
 
-    /// The same with other options of the stage `align`.
+    /// This recording with other options of the stage `align`.
     #[must_use]
     pub fn align_by(mut self, options: AlignOptions) -> Self {
         self.options.align = options;
@@ -67,15 +67,15 @@ impl Recording {
 pub struct TrackOptions {
     /// Clock offset and selection.
     pub align: AlignOptions,
-    /// From raw traces to clean spectra.
+    /// Options of the cleaning.
     pub clean: CleanOptions,
-    /// Delay and phase to take off.
+    /// Delay and phase to remove.
     pub known_error: InstrumentError,
-    /// The recorded clock that the offset is taken from, where it is.
+    /// The recorded clock that gives the offset, if any.
     pub recorded_clock: Option<LoggedClock>,
 }
 
-/// Delay and phase of a track's instrument relative to the other tracks'.
+/// Delay and phase of a track's instrument relative to the other tracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InstrumentError {
     /// Delay (ns).

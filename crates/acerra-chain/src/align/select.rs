@@ -1,4 +1,4 @@
-//! Which traces of a log enter the image.
+//! Selection of the traces that enter the image.
 
 use acerra_radar::{MovingOptions, moving_traces};
 
@@ -9,7 +9,7 @@ const STANDING_SHARE: f64 = 0.25;
 /// Share of the moving traces that the longest moving interval must hold to represent all of them.
 const MOVING_SHARE: f64 = 0.9;
 
-/// A selection that cannot be.
+/// Reason for which a selection is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SelectError {
@@ -20,7 +20,7 @@ pub enum SelectError {
     Beyond {
         /// Traces in the log.
         traces: usize,
-        /// The number found.
+        /// Largest number found.
         last: usize,
     },
     /// Moving traces are selected, and the platform never moves.
@@ -28,24 +28,23 @@ pub enum SelectError {
     NeverMoves,
 }
 
-/// The traces selected, and how the platform moves.
+/// The traces selected, and the kind of motion of the platform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Whether each trace of the log is selected.
     pub selected: Vec<bool>,
     /// Whether the platform is at rest for much of the time, and the campaign left the choice to the data.
-    pub stands: bool,
+    pub is_often_at_rest: bool,
 }
 
 impl Selection {
-    /// The traces that `choice` takes of a log, given the horizontal speed (m/s) of each whose position shows
-    /// one.
+    /// The traces that `choice` selects, given the horizontal speed (m/s) of each trace where known.
     ///
     /// # Errors
     /// Trace numbers beyond the log, a platform that never moves.
     pub fn of(choice: Select, speed_m_s: &[Option<f64>]) -> Result<Self, SelectError> {
         let mut selected = vec![false; speed_m_s.len()];
-        let mut stands = false;
+        let mut is_often_at_rest = false;
         match choice {
             Select::All => selected.fill(true),
             Select::Range([first, last]) => {
@@ -63,20 +62,23 @@ impl Selection {
                 selected[moving].fill(true);
             }
             Select::Auto => {
-                stands = stands_much(speed_m_s);
+                is_often_at_rest = rests_often(speed_m_s);
                 let moving = moving_traces(&known(speed_m_s), &MovingOptions::default());
                 let unbridged = MovingOptions::default().with_bridge(usize::MAX);
                 let whole = moving_traces(&known(speed_m_s), &unbridged);
                 // Passes with a long halt between them are all kept.
                 let is_most = moving.len() as f64 >= MOVING_SHARE * whole.len() as f64;
-                match stands {
+                match is_often_at_rest {
                     true if is_most => selected[moving].fill(true),
                     true => selected[whole].fill(true),
                     false => selected.fill(true),
                 }
             }
         }
-        Ok(Self { selected, stands })
+        Ok(Self {
+            selected,
+            is_often_at_rest,
+        })
     }
 }
 
@@ -85,7 +87,7 @@ fn known(speed_m_s: &[Option<f64>]) -> Vec<f64> {
 }
 
 /// Whether a platform that moves at times is at rest during much of the remaining time.
-fn stands_much(speed_m_s: &[Option<f64>]) -> bool {
+fn rests_often(speed_m_s: &[Option<f64>]) -> bool {
     let mut speed: Vec<f64> = speed_m_s.iter().copied().flatten().collect();
     speed.sort_by(f64::total_cmp);
     let Some(fast_m_s) = speed.get(speed.len() * 19 / 20) else {
@@ -113,14 +115,14 @@ mod tests {
     fn of(parts: &[(usize, f64)]) -> (usize, bool) {
         let selection = Selection::of(Select::Auto, &flight(parts)).unwrap();
         let count = selection.selected.iter().filter(|s| **s).count();
-        (count, selection.stands)
+        (count, selection.is_often_at_rest)
     }
 
     #[test]
     fn a_platform_that_stands_is_imaged_moving() {
         assert_eq!(of(&[(100, 0.01), (150, 1.0), (100, 0.02)]), (150, true));
         assert_eq!(of(&[(20, 0.01), (300, 1.0), (20, 0.02)]), (340, false));
-        // Swaying in place is no flight.
+        // Swaying in place does not count as motion.
         assert_eq!(of(&[(50, 0.01), (50, 0.05)]), (100, false));
     }
 

@@ -5,11 +5,11 @@ use crate::align::recording::Recording;
 use crate::journal::warnings::Warnings;
 use crate::position::Positions;
 
-/// Share of the radar log's time that positions last at least, as the finding `trajectory_coverage` asks.
+/// Least share of the radar log's time that positions must cover, as for the finding `trajectory_coverage`.
 const LEAST_SHARE: f64 = 0.8;
 
 /// Reports gaps of a recording's positions, and positions that cover much less time than the radar log.
-pub(crate) fn tell_uncovered(recording: &Recording, warnings: &mut Warnings) {
+pub(crate) fn warn_of_uncovered(recording: &Recording, warnings: &mut Warnings) {
     let Positions::Trajectory(trajectory) = &recording.positions else {
         return;
     };
@@ -51,25 +51,25 @@ mod tests {
 
     use super::*;
 
-    fn told(times_s: impl Iterator<Item = f64>) -> Vec<String> {
+    fn warnings_of(times_s: impl Iterator<Item = f64>) -> Vec<String> {
         let time_s = vec![0.0, 5.0, 10.0];
         let radargram = Radargram::new(time_s, 0.0, 1e-9, Samples::Real(vec![0.0; 12])).unwrap();
         let fixes = times_s.map(|t| Fix::new(t, [t, 0.0, 5.0])).collect();
         let trajectory = Trajectory::new(Frame::Local, TimeOrigin::Relative, fixes).unwrap();
         let recording = Recording::new("north", radargram, trajectory);
         let mut warnings = Warnings::default();
-        tell_uncovered(&recording, &mut warnings);
+        warn_of_uncovered(&recording, &mut warnings);
         warnings.said().to_vec()
     }
 
     #[test]
     fn gaps_and_short_positions_are_told() {
         let even = |count: u32| (0..count).map(|k| 0.2 * f64::from(k));
-        assert!(told(even(60)).is_empty());
-        assert!(told(even(42)).is_empty());
-        let short = told(even(40));
+        assert!(warnings_of(even(60)).is_empty());
+        assert!(warnings_of(even(42)).is_empty());
+        let short = warnings_of(even(40));
         assert!(short[0].contains("the positions last 7.8 s, the radar log 10.0 s"));
-        let torn = told(even(60).filter(|t| !(3.1..7.1).contains(t)));
+        let torn = warnings_of(even(60).filter(|t| !(3.1..7.1).contains(t)));
         assert_eq!(torn.len(), 1);
         let said = "gaps longer than 0.50 s: 1, the longest of 4.2 s from 3.0 s on";
         assert!(torn[0].contains(said), "{torn:?}");

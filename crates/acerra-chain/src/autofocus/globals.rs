@@ -26,7 +26,7 @@ pub(super) struct Free {
 }
 
 impl Free {
-    /// What was found of it.
+    /// Correction of the quantity by the estimate `found`.
     pub fn corrected(&self, found: &GlobalFound, light_speed_m_s: f64) -> GlobalCorrection {
         let factor = self.quantity.per_estimated(light_speed_m_s);
         GlobalCorrection {

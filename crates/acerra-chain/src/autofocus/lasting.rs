@@ -16,9 +16,9 @@ use crate::prepare::{Prepared, Track};
 /// Deviations of an error that the positions of a track have in common.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Lasting {
-    /// East, north, up (m).
+    /// Standard deviation of the constant error east, north, up (m).
     pub shift_sigma_m: [f64; 3],
-    /// Of its change (m/s).
+    /// Standard deviation of the error's rate of change east, north, up (m/s).
     pub rate_sigma_m_s: [f64; 3],
 }
 

@@ -75,7 +75,7 @@ impl Prepared {
         Ok(self.correction.insert(correction))
     }
 
-    /// The same with the places as the positions have them.
+    /// These tracks with the places as the positions state them.
     #[must_use]
     pub fn as_stated(&self) -> Self {
         let mut stated = self.clone();

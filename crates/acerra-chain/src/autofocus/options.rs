@@ -58,7 +58,7 @@ pub struct AutofocusOptions {
     pub sum: Sum,
 }
 
-/// Why there is no autofocus.
+/// Reasons for the absence of an autofocus.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AutofocusFailure {

@@ -54,7 +54,7 @@ pub(super) struct Adjusted {
     pub values: Values,
     /// Unknowns that were estimated, in the order of `covariance`.
     pub free: Vec<Parameter>,
-    /// Their covariance (SI units).
+    /// Covariance (SI units).
     pub covariance: DMatrix<f64>,
     /// Information on all unknowns, free or held.
     pub normal: Normal,

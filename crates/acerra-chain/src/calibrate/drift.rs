@@ -14,7 +14,7 @@ const MOST_KNOTS: f64 = 2000.0;
 /// The position errors of one track.
 #[derive(Clone, Debug)]
 pub(super) struct Drift {
-    /// Its first unknown among those of all tracks.
+    /// First unknown among those of all tracks.
     first: usize,
     start_s: f64,
     step_s: f64,
@@ -93,8 +93,8 @@ impl Drift {
                 let i = self.first + 3 * knot + axis;
                 information.add(i, i, own / (sigma * sigma));
                 if knot < last {
-                    let beside = -scale * r / (sigma * self.sigma_m[knot + 1][axis]);
-                    information.add(i, i + 3, beside);
+                    let coupling = -scale * r / (sigma * self.sigma_m[knot + 1][axis]);
+                    information.add(i, i + 3, coupling);
                 }
             }
         }

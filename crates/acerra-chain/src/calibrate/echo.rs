@@ -2,9 +2,9 @@
 
 use acerra_imaging::delay_sums::{DelaySums, Delays, MixedTraces};
 use acerra_radar::Radargram;
+use acerra_radar::clean::for_analytic_rows;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 
 /// Envelopes of the traces of a track, over fast time.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub(super) struct Profiles {
     step_s: f64,
     samples: usize,
     envelope: Vec<f32>,
-    /// The same with their phases, mixed down by the middle of the band.
+    /// Analytic traces, mixed down by the middle of the band.
     mixed: Vec<Complex32>,
     middle_hz: f64,
 }
@@ -25,9 +25,9 @@ pub(super) struct Profiles {
 /// An echo: the crest of an envelope.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crest {
-    /// Its fast time (s).
+    /// Fast time (s).
     pub fast_time_s: f64,
-    /// Its level, in units of the trace's floor.
+    /// Level, in units of the trace's floor.
     pub contrast: f64,
 }
 
@@ -175,31 +175,13 @@ fn mixed_down(radargram: &Radargram, band_hz: [f64; 2]) -> Vec<Complex32> {
         let mix = |i: usize| single(radargram.samples.at(i) * mixer[i % n]);
         return (0..radargram.samples.len()).map(mix).collect();
     }
-    let size = (n + n / 4).next_power_of_two();
-    let mut planner = FftPlanner::new();
-    let forward = planner.plan_fft_forward(size);
-    let inverse = planner.plan_fft_inverse(size);
-    let bin_hz = 1.0 / (size as f64 * radargram.fast_time_step_s);
-    let weight: Vec<f64> = (0..size)
-        .map(|k| {
-            let positive = k > 0 && k < size / 2;
-            let gain = if positive { 2.0 / size as f64 } else { 0.0 };
-            gain * pass(k as f64 * bin_hz, band_hz)
-        })
-        .collect();
     let mut out = vec![Complex32::default(); radargram.samples.len()];
-    out.par_chunks_exact_mut(n)
-        .enumerate()
-        .for_each(|(trace, row)| {
-            let mut work = radargram.trace(trace);
-            work.resize(size, Complex64::default());
-            forward.process(&mut work);
-            work.iter_mut().zip(&weight).for_each(|(z, w)| *z *= w);
-            inverse.process(&mut work);
-            for ((out, z), mixer) in row.iter_mut().zip(&work).zip(&mixer) {
-                *out = single(z * mixer);
-            }
-        });
+    let gain = |frequency_hz| pass(frequency_hz, band_hz);
+    for_analytic_rows(radargram, gain, &mut out, |work, row| {
+        for ((out, z), mixer) in row.iter_mut().zip(work).zip(&mixer) {
+            *out = single(z * mixer);
+        }
+    });
     out
 }
 

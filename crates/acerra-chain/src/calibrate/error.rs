@@ -1,10 +1,10 @@
-//! Why a log cannot be calibrated.
+//! Reasons why a log cannot be calibrated.
 
 use crate::align::clock::ClockError;
 use crate::clean::CleanError;
 use crate::control::Cancelled;
 
-/// Why a log cannot be calibrated.
+/// Reason why a log cannot be calibrated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrateError {
@@ -25,7 +25,7 @@ pub enum CalibrateError {
     Align {
         /// Name of the track.
         track: String,
-        /// Why.
+        /// Cause.
         cause: ClockError,
     },
     /// The traces cannot be cleaned.
@@ -33,7 +33,7 @@ pub enum CalibrateError {
     Clean {
         /// Name of the track.
         track: String,
-        /// Why.
+        /// Cause.
         cause: CleanError,
     },
     /// A band that the samples do not hold.
@@ -127,7 +127,7 @@ pub enum CalibrateError {
     },
 }
 
-/// One of several settings that explain the echoes.
+/// A setting, one of several that explain the echoes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
     /// Fast time at which range is zero (ns).

@@ -28,15 +28,15 @@ const PLACE_COST: f64 = 0.25;
 /// Traces that see a reflector from one side.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch {
-    /// Which reflector.
+    /// Number of the reflector.
     pub reflector: usize,
-    /// Its traces.
+    /// Traces.
     pub traces: Vec<usize>,
     /// Weight of each: the path that it covers (m).
     pub weight: Vec<f64>,
 }
 
-/// Where a stretch is in focus.
+/// Delay and clock offset at which a stretch is in focus.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Focus {
     /// Logarithm of the power of the mean echo, less the penalty for the distance from the surveyed place.

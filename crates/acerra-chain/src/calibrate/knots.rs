@@ -9,7 +9,7 @@ pub(super) struct Knots {
     /// Blocks on the diagonal.
     own: Vec<Matrix3<f64>>,
     /// Blocks of each knot (rows) with the one after it (columns).
-    beside: Vec<Matrix3<f64>>,
+    off_diagonal: Vec<Matrix3<f64>>,
 }
 
 impl Knots {
@@ -17,7 +17,7 @@ impl Knots {
     pub fn new(count: usize) -> Self {
         Self {
             own: vec![Matrix3::zeros(); count],
-            beside: vec![Matrix3::zeros(); count.saturating_sub(1)],
+            off_diagonal: vec![Matrix3::zeros(); count.saturating_sub(1)],
         }
     }
 
@@ -27,7 +27,7 @@ impl Knots {
         if a / 3 == b / 3 {
             self.own[a / 3][(a % 3, b % 3)] += value;
         } else if a < b {
-            self.beside[a / 3][(a % 3, b % 3)] += value;
+            self.off_diagonal[a / 3][(a % 3, b % 3)] += value;
         }
     }
 
@@ -37,8 +37,8 @@ impl Knots {
         for (k, own) in self.own.iter().enumerate() {
             let left = match k.checked_sub(1) {
                 Some(before) => {
-                    let beside = &self.beside[before];
-                    own - beside.transpose() * inverse[before] * beside
+                    let off_diagonal = &self.off_diagonal[before];
+                    own - off_diagonal.transpose() * inverse[before] * off_diagonal
                 }
                 None => *own,
             };
@@ -68,8 +68,8 @@ impl Factorised<'_> {
         for k in 0..count {
             let carried = match k.checked_sub(1) {
                 Some(before) => {
-                    let beside = &self.matrix.beside[before];
-                    beside.transpose() * self.inverse[before] * reduced[before]
+                    let off_diagonal = &self.matrix.off_diagonal[before];
+                    off_diagonal.transpose() * self.inverse[before] * reduced[before]
                 }
                 None => Vector3::zeros(),
             };
@@ -78,8 +78,8 @@ impl Factorised<'_> {
         let mut solution = DVector::zeros(3 * count);
         let mut after = Vector3::zeros();
         for k in (0..count).rev() {
-            let coupled = match self.matrix.beside.get(k) {
-                Some(beside) => beside * after,
+            let coupled = match self.matrix.off_diagonal.get(k) {
+                Some(off_diagonal) => off_diagonal * after,
                 None => Vector3::zeros(),
             };
             after = self.inverse[k] * (reduced[k] - coupled);
@@ -106,9 +106,11 @@ impl Factorised<'_> {
         for k in (0..self.inverse.len()).rev() {
             let own = self.inverse[k];
             let mut inverse = own;
-            if let (Some(beside), Some(data)) = (self.matrix.beside.get(k), other.beside.get(k)) {
-                let across = -own * beside * after;
-                inverse -= across * beside.transpose() * own;
+            if let (Some(off_diagonal), Some(data)) =
+                (self.matrix.off_diagonal.get(k), other.off_diagonal.get(k))
+            {
+                let across = -own * off_diagonal * after;
+                inverse -= across * off_diagonal.transpose() * own;
                 trace += 2.0 * across.component_mul(data).sum();
             }
             trace += inverse.component_mul(&other.own[k]).sum();

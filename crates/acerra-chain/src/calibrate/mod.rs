@@ -48,7 +48,7 @@ pub use points::{PointsError, SurveyedPoint, read_points};
 pub use rest::{AtRest, RestDelay, delay_at_rest};
 pub use result::{Calibrated, EchoResidual, Estimate, ReflectorFit, Sensitivity};
 
-/// What is known beforehand.
+/// Prior knowledge of the unknowns.
 #[derive(Clone, Debug)]
 pub struct CalibrateOptions {
     /// Places of the reflectors' phase centres, east, north, up in the frame of the positions (m).

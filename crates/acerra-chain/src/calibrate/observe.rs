@@ -8,7 +8,7 @@ use super::parameter::Parameter;
 /// A direction in the space of the unknowns that the data determine too weakly.
 #[derive(Clone, Debug)]
 pub struct SingularDirection {
-    /// Its components, each in its unknown's limit of observation
+    /// Components, each in its unknown's limit of observation
     /// ([`Parameter::sigma_limit`]); those below a tenth are left out.
     pub component: Vec<(Parameter, f64)>,
     /// Standard deviation along the direction, in units of the limits; above 1.

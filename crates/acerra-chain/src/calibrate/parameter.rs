@@ -1,6 +1,6 @@
 //! Unknowns of a calibration: names, units, and the accuracy from which a value counts as observed.
 
-/// One unknown of the calibration.
+/// An unknown of the calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
     /// Fast time at which range is zero (s).
@@ -34,7 +34,7 @@ impl Parameter {
         SHARED.into_iter().chain(offsets).collect()
     }
 
-    /// What it is called.
+    /// Name.
     #[must_use]
     pub fn name(self) -> String {
         match self {
@@ -74,7 +74,7 @@ impl Parameter {
         }
     }
 
-    /// Which of several unobserved unknowns is held first: the one known best from elsewhere.
+    /// Order in which unobserved unknowns are held: first the unknown known best from elsewhere.
     pub(super) const fn hold_rank(self) -> usize {
         match self {
             Self::RangeScale => 0,

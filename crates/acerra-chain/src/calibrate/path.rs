@@ -11,16 +11,16 @@ use acerra_geo::trajectory::Trajectory;
 use crate::align::interpolator;
 use crate::position::Positions;
 
-/// Where the positioned point and the body's axes are at one time.
+/// Position of the positioned point and attitude of the body at one time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
     /// The positioned point, east, north, up (m).
     pub position_m: [f64; 3],
-    /// Its velocity, averaged over [`RATE_WINDOW_S`] (m/s).
+    /// Velocity, averaged over [`RATE_WINDOW_S`] (m/s).
     pub velocity_m_s: [f64; 3],
     /// Forward, left and up axis, in east, north, up; zero where the heading is unknown.
     pub axis: [[f64; 3]; 3],
-    /// Their rates, averaged in the same way (1/s).
+    /// Rates, averaged in the same way (1/s).
     pub axis_rate: [[f64; 3]; 3],
     /// Standard deviations of the position (m), where the trajectory states them.
     pub sigma_m: Option<[f64; 3]>,
@@ -32,7 +32,7 @@ impl Pose {
         moved(self.position_m, &self.axis, lever_arm_m)
     }
 
-    /// Its velocity (m/s).
+    /// Velocity of the positioned point (m/s).
     pub fn phase_centre_velocity_m_s(&self, lever_arm_m: [f64; 3]) -> [f64; 3] {
         moved(self.velocity_m_s, &self.axis_rate, lever_arm_m)
     }

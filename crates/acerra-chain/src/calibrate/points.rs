@@ -12,7 +12,7 @@ pub struct SurveyedPoint {
     pub position_m: [f64; 3],
 }
 
-/// Why points cannot be read.
+/// Reason why points cannot be read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointsError {
@@ -22,9 +22,9 @@ pub enum PointsError {
          found {found:?}"
     )]
     Line {
-        /// Its number, from 1.
+        /// Number, from 1.
         line: usize,
-        /// What it holds.
+        /// Content.
         found: String,
     },
     /// No point at all.

@@ -23,7 +23,7 @@ pub struct AtRest {
 pub struct RestDelay {
     /// Fast time at which range is zero (s).
     pub delay_s: f64,
-    /// Its standard deviation, the range's included (s).
+    /// Standard deviation, the range's included (s).
     pub sigma_s: f64,
     /// The echo above the median of the mean trace (dB).
     pub contrast_db: f64,

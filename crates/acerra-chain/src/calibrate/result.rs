@@ -8,7 +8,7 @@ use super::parameter::{Parameter, Values};
 use super::rounds::{Round, Survey};
 use crate::journal::warnings::Warnings;
 
-/// What a calibration found.
+/// Result of a calibration.
 #[derive(Clone, Debug)]
 pub struct Calibrated {
     /// The values of all unknowns, those held included.
@@ -17,52 +17,52 @@ pub struct Calibrated {
     pub estimates: Vec<Estimate>,
     /// The unknowns estimated, in the order of `correlation`.
     pub free: Vec<Parameter>,
-    /// Their correlation matrix, row by row.
+    /// Correlation matrix, row by row.
     pub correlation: Vec<Vec<f64>>,
-    /// Their covariance matrix, row by row (SI units).
+    /// Covariance matrix, row by row (SI units).
     pub covariance: Vec<Vec<f64>>,
     /// Combinations that the geometry does not determine.
     pub singular: Vec<SingularDirection>,
     /// Dependence of the estimates on held unknowns.
     pub sensitivity: Vec<Sensitivity>,
-    /// How each reflector fits.
+    /// Fit of each reflector.
     pub reflectors: Vec<ReflectorFit>,
     /// Residuals of all echoes.
     pub residuals: Vec<EchoResidual>,
 }
 
-/// One unknown.
+/// Estimate of an unknown.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate {
-    /// Which.
+    /// The unknown.
     pub parameter: Parameter,
     /// The campaign's value (SI units).
     pub campaign: f64,
     /// The value found, or the campaign's where it is not observable (SI units). For a delay that the ranges
     /// do not determine, and the clock offsets: the value at which the reflectors are in focus.
     pub value: f64,
-    /// Its standard deviation, given the values held (SI units); none where the value is not observable.
+    /// Standard deviation, given the values held (SI units); none where the value is not observable.
     pub sigma: Option<f64>,
     /// For a held unknown: its estimate relative to the held value, and the deviation of the estimate (SI
     /// units).
     pub wanted: Option<(f64, f64)>,
 }
 
-/// How an estimate changes with the value of an unknown that is held.
+/// Change of an estimate by the value of an unknown that is held.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensitivity {
     /// The estimate.
     pub of: Parameter,
-    /// What is held.
+    /// Quantity held.
     pub to: Parameter,
     /// Change of the one per change of the other (SI units).
     pub slope: f64,
 }
 
-/// How a reflector fits.
+/// Fit of a reflector.
 #[derive(Clone, Copy, Debug)]
 pub struct ReflectorFit {
-    /// Its place (m).
+    /// Place (m).
     pub place_m: [f64; 3],
     /// Echoes found.
     pub echoes: usize,
@@ -83,7 +83,7 @@ pub struct EchoResidual {
     pub time_s: f64,
     /// Observed less adjusted range (m).
     pub residual_m: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation (m).
     pub sigma_m: f64,
     /// Whether it took part.
     pub kept: bool,

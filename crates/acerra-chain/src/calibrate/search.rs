@@ -1,4 +1,4 @@
-//! Where the adjustment starts: delay and clock offset at which the surveyed reflectors are in focus.
+//! Start of the adjustment: delay and clock offset at which the surveyed reflectors are in focus.
 
 use acerra_imaging::delay_sums::Delays;
 use rayon::prelude::*;

@@ -29,20 +29,20 @@ pub(super) struct Setting<'a> {
     pub light_speed_m_s: f64,
     /// Band of the pulse (Hz).
     pub band_hz: [f64; 2],
-    /// What was flown over.
+    /// Scene below the flight.
     pub scene: &'a Scene,
 }
 
 /// A track's path and range profiles.
 #[derive(Clone, Debug)]
 pub(super) struct TrackEchoes {
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Where the positioned point was.
+    /// Path of the positioned point.
     pub path: Path,
     /// Envelopes of the traces that count.
     pub profiles: Profiles,
-    /// The same traces before background removal.
+    /// Traces before background removal.
     pub raw: Radargram,
     /// Delay of this track relative to the first track's, as stated (s).
     pub known_delay_s: f64,
@@ -79,7 +79,7 @@ pub(super) struct Echo {
     pub time_s: f64,
     /// Apparent range, c/2 times fast time (m).
     pub range_m: f64,
-    /// Its deviation relative to that of an echo as high as the floor.
+    /// Deviation relative to that of an echo as high as the floor.
     pub relative_sigma: f64,
 }
 
@@ -198,7 +198,7 @@ impl TrackEchoes {
 }
 
 impl TrackEchoes {
-    /// Where the model puts the echoes of each trace that has a place.
+    /// Delays of the echoes by the model, for each trace that has a place.
     fn expected(&self, setting: &Setting<'_>, number: usize, values: &Values) -> Vec<Expected> {
         let sampler = self.path.sampler();
         let c = setting.light_speed_m_s;
@@ -277,7 +277,7 @@ impl Selected {
         let about = |offset_s: f64| vec![[offset_s - ABOUT_S, offset_s + ABOUT_S]];
         match align_clocks(flight, &options, warnings, control) {
             Ok(clocked) => Ok(Self {
-                at_rest: stands(&clocked.aligned.position_m),
+                at_rest: is_at_rest(&clocked.aligned.position_m),
                 traces: clocked.aligned.traces,
                 time_offset_s: clocked.time_offset_s,
                 open_offsets_s: about(clocked.time_offset_s),
@@ -314,7 +314,7 @@ impl Selected {
 }
 
 /// Whether places are so close together that no echo changes its range by more than a pulse.
-fn stands(position_m: &[[f64; 3]]) -> bool {
+fn is_at_rest(position_m: &[[f64; 3]]) -> bool {
     const LONGEST_M: f64 = 0.1;
     let extent_m = |axis: usize| {
         let along = position_m.iter().map(|p| p[axis]);

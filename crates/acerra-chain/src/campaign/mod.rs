@@ -111,7 +111,7 @@ impl Campaign {
             image.z_m = image.z_m.or(Some(Heights::Plane(grid.z_m)));
         }
         if image.weight == Weight::Auto {
-            image.weight = if prepared.aligned.stands {
+            image.weight = if prepared.aligned.is_often_at_rest {
                 Weight::Path
             } else {
                 Weight::Trace

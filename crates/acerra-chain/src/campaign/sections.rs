@@ -324,7 +324,7 @@ pub struct Files(
 /// The two forms of [`Files`] in a campaign file.
 #[derive(JsonSchema)]
 #[serde(untagged)]
-#[expect(dead_code, reason = "stands for its schema")]
+#[expect(dead_code, reason = "defines the schema")]
 enum OneOrSeveral {
     /// One file.
     One(PathBuf),

@@ -1,9 +1,9 @@
-//! Why traces cannot be cleaned.
+//! Reasons why traces cannot be cleaned.
 
 use acerra_radar::RadargramError;
 use acerra_radar::clean::CleanError as Refused;
 
-/// Why traces cannot be cleaned.
+/// Reason why traces cannot be cleaned.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CleanError {
@@ -28,7 +28,7 @@ pub enum CleanError {
          {:.2} ns on; state [radar] delay_ns", 1e9 * start_s
     )]
     NoDirectWave {
-        /// Where the record begins (s).
+        /// Fast time at which the record begins (s).
         start_s: f64,
     },
     /// The running mean cannot be had.
@@ -48,7 +48,7 @@ pub enum CleanError {
     BelowGround {
         /// Number of the trace in the log.
         trace: usize,
-        /// How far below (m).
+        /// Depth of the trace below the ground (m).
         depth_m: f64,
     },
     /// The gate cannot be applied.

@@ -47,7 +47,7 @@ pub struct CleanedTraces {
     pub shift_s: f64,
     /// Picks of the surface echo, where requested.
     pub surface: Option<Surface>,
-    /// How the echo of the surface was removed, where it was.
+    /// Removal of the surface's echo, where that echo was removed.
     pub removal: Option<SurfaceRemoval>,
     /// The gate in force about 2h/c (s).
     pub gate_s: Option<[f64; 2]>,
@@ -157,7 +157,7 @@ pub(crate) fn filtered(
     Ok(raw)
 }
 
-/// The same traces with another background removed, otherwise cleaned as before; `height_m` as in the call
+/// Traces with another background removed, otherwise cleaned as before; `height_m` as in the call
 /// before.
 pub(crate) fn cleaned_with(
     background: Background,

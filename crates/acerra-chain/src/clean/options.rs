@@ -11,7 +11,7 @@ pub struct CleanOptions {
     pub band_pass_ghz: Option<[f64; 2]>,
     /// Fast time at which range is zero, when calibrated (ns).
     pub delay_ns: Option<Delay>,
-    /// How the fast time at which range is zero is found.
+    /// Method by which the fast time at which range is zero is found.
     pub zero_timing: ZeroTiming,
     /// Fast time at which range is zero by the echo that follows the height over the whole flight (s), where
     /// one clearly does: zero-timing by the surface echo stays near this echo.

@@ -18,7 +18,7 @@ use acerra_imaging::ImagingError;
 pub struct Echoes<'a> {
     /// Clean spectra, track after track.
     pub spectrum: &'a Spectrum,
-    /// Where they were measured.
+    /// Positions at which the echoes were measured.
     pub aligned: &'a Aligned,
     /// Propagation speed (m/s).
     pub light_speed_m_s: f64,
@@ -30,7 +30,7 @@ impl<'a> Echoes<'a> {
     pub fn weights(&self, weight: Weight) -> Vec<f64> {
         match weight {
             Weight::Path => self.aligned.path_m.clone(),
-            Weight::Auto if self.aligned.stands => self.aligned.path_m.clone(),
+            Weight::Auto if self.aligned.is_often_at_rest => self.aligned.path_m.clone(),
             Weight::Auto | Weight::Trace => vec![1.0; self.aligned.position_m.len()],
         }
     }

@@ -25,13 +25,13 @@ const FLOOR_DB: f64 = -12.0;
 pub struct Sharpest {
     /// The value.
     pub value: f64,
-    /// Its standard deviation: the scatter of the patches' values.
+    /// Standard deviation: the scatter of the patches' values.
     pub sigma: f64,
     /// Number of patches with a maximum inside.
     pub patches: usize,
 }
 
-/// The same rectangle with at most this many pixels, to be imaged many times.
+/// The rectangle of a scene with at most this many pixels, to be imaged many times.
 ///
 /// # Errors
 /// A rectangle that makes no grid.

@@ -97,7 +97,7 @@ fn weight_change_db(
     [(squares / count.max(1) as f64).sqrt(), most]
 }
 
-/// What the antenna's axis is fixed to.
+/// Reference to which the antenna's axis is fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum AxisCarrier {
     /// The platform.
@@ -111,10 +111,10 @@ enum AxisCarrier {
     },
 }
 
-/// Where the antenna looked during a flight, and the effect on the weights by its pattern.
+/// Axis of the antenna during a flight, and the effect on the weights by its pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct AntennaSeen {
-    /// What turned it.
+    /// Reference that turned the axis.
     pub carrier: AxisCarrier,
     /// Median and largest angle between the antenna's axis and the vertical (rad).
     pub tilt_rad: [f64; 2],

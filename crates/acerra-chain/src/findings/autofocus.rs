@@ -51,7 +51,7 @@ const DOUBTFUL_CORRECTION: f64 = 2.0;
 /// Outcome of an autofocus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum AutofocusSeen {
-    /// Its correction is applied.
+    /// The autofocus' correction is applied.
     Applied,
     /// Points that took no part in the correction did not gain significantly.
     NotSignificant,
@@ -199,11 +199,11 @@ mod tests {
     #[test]
     fn a_quantity_says_whether_the_echoes_tell_it() {
         let of = |values| autofocus_global("clock_offset", "s", values, true);
-        let told = of([0.002, 0.0004, 0.0015]);
-        assert_eq!(told.verdict, Verdict::Agrees);
-        assert_eq!(told.sigma, Some(0.0004));
-        assert!(told.explanation.contains("± 0.0015 s"), "{told:?}");
-        assert!(told.explanation.contains("is applied"), "{told:?}");
+        let finding = of([0.002, 0.0004, 0.0015]);
+        assert_eq!(finding.verdict, Verdict::Agrees);
+        assert_eq!(finding.sigma, Some(0.0004));
+        assert!(finding.explanation.contains("± 0.0015 s"), "{finding:?}");
+        assert!(finding.explanation.contains("is applied"), "{finding:?}");
         let undetermined = of([0.0, 0.00149, 0.0015]);
         assert!(
             undetermined.explanation.contains("do not determine"),

@@ -84,7 +84,7 @@ struct ClockSeen {
     pub offset_s: f64,
     /// The most likely offset, and its standard deviation (s).
     pub best_s: f64,
-    /// Its standard deviation (s).
+    /// Standard deviation (s).
     pub sigma_s: f64,
     /// Log-likelihood of the offset in force below the maximum.
     pub below_best: f64,

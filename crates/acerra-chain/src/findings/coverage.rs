@@ -107,7 +107,7 @@ struct SeenWithin<'a> {
     pub incidence_rad: f64,
     /// Greatest angle from where the antenna looks (rad).
     pub off_boresight_rad: f64,
-    /// Where the antenna looks at each trace, as unit vectors; `None` where it looks straight down.
+    /// Axis of the antenna at each trace, as unit vectors; `None` where the antenna looks straight down.
     pub boresight: Option<&'a [[f64; 3]]>,
 }
 

@@ -65,9 +65,9 @@ pub(super) fn weigh(
 /// The strongest echo outside the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Outside {
-    /// Its place (m).
+    /// Place (m).
     place_m: [f64; 2],
-    /// Its level above that of the strongest echo inside (dB).
+    /// Level above that of the strongest echo inside (dB).
     above_db: f64,
 }
 

@@ -32,7 +32,7 @@ struct InversionSeen {
     pub is_converged: bool,
     /// ‖d − Lσ‖/‖d‖.
     pub residual: f64,
-    /// The same that noise alone would leave.
+    /// Relative residual that noise alone would leave.
     pub noise: Option<f64>,
 }
 

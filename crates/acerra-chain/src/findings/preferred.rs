@@ -11,7 +11,7 @@ pub(super) struct PreferredSetting<'a> {
     pub in_force: f64,
     /// The value preferred.
     pub preferred: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub sigma: f64,
     /// Unit of the three.
     pub unit: &'static str,

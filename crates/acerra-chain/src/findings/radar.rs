@@ -69,9 +69,9 @@ fn coupling_seen(raw: &Radargram) -> Option<CouplingSeen> {
 /// The direct coupling between the antennas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CouplingSeen {
-    /// Its fast time after zero-timing (ns).
+    /// Fast time after zero-timing (ns).
     pub delay_ns: f64,
-    /// Its standard deviation over the traces (ns).
+    /// Standard deviation over the traces (ns).
     pub spread_ns: f64,
 }
 

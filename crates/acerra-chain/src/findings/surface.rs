@@ -160,7 +160,7 @@ struct SurfaceSeen {
     pub level_ns: f64,
     /// Robust standard deviation of echo minus 2h/c (ns).
     pub spread_ns: f64,
-    /// Its standard deviation expected from the positions' own σ and the echo's timing (ns).
+    /// Standard deviation expected from the positions' own σ and the echo's timing (ns).
     pub expected_spread_ns: f64,
     /// Change of echo minus 2h/c from the first trace to the last by a straight line (ns).
     pub drift_ns: f64,

@@ -27,7 +27,7 @@ struct Seen {
     peak_db: f64,
     /// Energy of the sidelobes over that of the main lobe.
     energy_db: f64,
-    /// The same as predicted.
+    /// Predicted energy of the sidelobes over that of the main lobe.
     predicted_db: f64,
 }
 

@@ -45,7 +45,7 @@ const NEAR_STEPS: f64 = 10.0;
 pub(super) struct Preferred {
     /// The value, less the one in force.
     pub change: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub sigma: f64,
     /// Targets that take part.
     pub targets: usize,
@@ -83,55 +83,55 @@ impl Trial<'_> {
         if self.time_s.len() < LEAST_TRACES {
             return None;
         }
-        let mut stand = self.stand(0.0, |measured| {
+        let mut found = self.at_change(0.0, |measured| {
             point_m.iter().map(|p| Target::new(measured, *p)).collect()
         })?;
         for reach in [f64::INFINITY, NEAR_STEPS * self.step()] {
-            let change = stand.most_coherent(reach)?;
-            stand = self.from(&stand, change)?;
+            let change = found.most_coherent(reach)?;
+            found = self.from(&found, change)?;
         }
-        stand.targets.retain(Target::is_coherent);
+        found.targets.retain(Target::is_coherent);
         let mut sigma = f64::INFINITY;
         for round in 0..ROUNDS {
-            let (more, deviation) = stand.fit(round > 0)?;
+            let (more, deviation) = found.fit(round > 0)?;
             // A step beyond the neighbourhood that was searched is no refinement any more.
             let more = more.clamp(-2.0 * self.step(), 2.0 * self.step());
-            stand = self.from(&stand, stand.change + more)?;
+            found = self.from(&found, found.change + more)?;
             sigma = deviation;
         }
         Some(Preferred {
-            change: stand.change,
+            change: found.change,
             sigma,
-            targets: stand.targets.len(),
+            targets: found.targets.len(),
         })
     }
 
     /// The targets as the traces see them after another change of the setting: each has moved with
     /// the traces that see it.
-    fn from(&self, before: &Stand<'_>, change: f64) -> Option<Stand<'_>> {
+    fn from(&self, before: &AtChange<'_>, change: f64) -> Option<AtChange<'_>> {
         let places = (self.places)(change)?;
         let points: Vec<[f64; 3]> = before
             .targets
             .iter()
             .map(|target| target.moved_with(&before.places, &places))
             .collect();
-        self.stand(change, |measured| {
+        self.at_change(change, |measured| {
             let found = points.par_iter().map(|p| Target::new(measured, *p));
             found.map(|target| target.relocated(measured)).collect()
         })
     }
 
-    fn stand(
+    fn at_change(
         &self,
         change: f64,
         targets: impl Fn(&Measured<'_>) -> Vec<Target>,
-    ) -> Option<Stand<'_>> {
+    ) -> Option<AtChange<'_>> {
         let places = (self.places)(change)?;
         let measured = Measured {
             position_m: &places,
             ..self.measured
         };
-        Some(Stand {
+        Some(AtChange {
             trial: self,
             wavenumber: 2.0 * TAU * measured.mean_frequency_hz() / measured.light_speed_m_s,
             change,
@@ -150,7 +150,7 @@ impl Trial<'_> {
 }
 
 /// Targets seen from where a value of the setting puts the traces.
-struct Stand<'a> {
+struct AtChange<'a> {
     trial: &'a Trial<'a>,
     wavenumber: f64,
     places: Vec<[f64; 3]>,
@@ -158,7 +158,7 @@ struct Stand<'a> {
     targets: Vec<Target>,
 }
 
-impl Stand<'_> {
+impl AtChange<'_> {
     /// The change within reach at which the targets' echoes add up best.
     fn most_coherent(&self, reach: f64) -> Option<f64> {
         let near = self
@@ -284,7 +284,7 @@ impl Target {
         slopes(measured, self.point_m, axis)
     }
 
-    /// Its place, moved as the traces that see it have on average.
+    /// Place of the point, moved by the mean over the traces that see it.
     fn moved_with(&self, from: &[[f64; 3]], to: &[[f64; 3]]) -> [f64; 3] {
         let shift_m = |axis: usize| {
             let ways = from.iter().zip(to).map(|(a, b)| b[axis] - a[axis]);

@@ -1,4 +1,4 @@
-//! Looks along the track: a separate image of each that goes to the sink, and the sum of their powers.
+//! Looks along the track: a separate image of each look, passed to the sink, and the sum of their powers.
 
 use acerra_imaging::looks::{Look, LookWindow, add_power, looks};
 use acerra_imaging::{Complex32, PlanOptions, Pulses};
@@ -9,12 +9,12 @@ use crate::focus::plan::{ImageError, contributions, plan_on, run_plan};
 use crate::focus::sink::{ImageSink, StackArray, StackHeader, StackKind};
 use crate::scene::pixels::Pixels;
 
-/// Which looks are wanted.
+/// Looks requested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookOptions {
-    /// How many.
+    /// Number of looks.
     pub count: usize,
-    /// Part of its path that a look shares with the next.
+    /// Part of a look's path that is shared with the next look.
     pub overlap: f64,
     /// Taper of each look.
     pub taper: LookTaper,
@@ -31,7 +31,7 @@ pub struct Multilook {
     pub bytes: u128,
 }
 
-/// What looks are made from.
+/// Input of an image: echoes, pixels and options.
 #[derive(Clone, Copy)]
 pub(crate) struct LookInput<'a> {
     pub pulses: Pulses<'a>,
@@ -107,7 +107,7 @@ pub(crate) fn image_looks(
     })
 }
 
-/// Which traces each look takes, and their mean place.
+/// Traces of each look, and their mean position.
 fn place_arrays(looks: &[Look], position_m: &[[f64; 3]]) -> Vec<StackArray> {
     #[expect(clippy::cast_precision_loss, reason = "counts of traces")]
     let ends = |name, end: fn(&Look) -> usize| StackArray {

@@ -39,11 +39,11 @@ pub struct FocusOptions {
     pub weight: Weight,
     /// Meaning of the pixels of an image; ignored for a volume, looks and solutions.
     pub values: Values,
-    /// Weight by incidence and antenna pattern; level planes alone.
+    /// Weight by incidence and antenna pattern, for level planes only.
     pub incidence: Option<IncidenceWeight>,
-    /// Where the antenna looks, from which its pattern counts.
+    /// Boresight of the antenna, from which the angle of the pattern counts.
     pub antenna_axis: AntennaAxis,
-    /// How several tracks are summed.
+    /// Sum of several tracks: coherent, or by power.
     pub sum: Sum,
     /// Random pixels on which each plan checks itself against Eq. (3) in double precision.
     pub check_pixels: usize,
@@ -69,14 +69,14 @@ impl Default for FocusOptions {
     }
 }
 
-/// An image asked for.
+/// A requested image.
 #[derive(Clone, Debug)]
 pub struct ImageRequest {
-    /// Where its pixels are.
+    /// Places of the pixels.
     pub pixels: Pixels,
-    /// How it is made.
+    /// Options of the stage.
     pub options: FocusOptions,
-    /// Looks in addition to the image, each to the sink.
+    /// Looks in addition to the image, each passed to the sink.
     pub looks: Option<LookOptions>,
     /// The pulses to image, counted over all tracks; all by default.
     pub pulses: Option<Range<usize>>,
@@ -97,7 +97,7 @@ impl ImageRequest {
         }
     }
 
-    /// The image of a part of the pulses alone, counted over all tracks.
+    /// This request for a part of the pulses, counted over all tracks.
     #[must_use]
     pub fn of_pulses(self, pulses: Range<usize>) -> Self {
         Self {
@@ -107,18 +107,18 @@ impl ImageRequest {
     }
 }
 
-/// The focused image and how it was made.
+/// The focused image and its record.
 #[derive(Clone, Debug)]
 pub struct Focused {
-    /// The sum of Eq. (3), row-major `[ny, nx]`, row 0 at the smallest y. Of tracks summed by power
-    /// its modulus; of a volume the value of greatest modulus along z. Of a scene that was solved for
-    /// its reflectivity, as [`InversionRecord::meaning`] says.
+    /// The sum of Eq. (3), row-major `[ny, nx]`, row 0 at the smallest y. For tracks summed by power the
+    /// modulus; for a volume the value of greatest modulus along z; for an inversion the reflectivity defined
+    /// by [`InversionRecord::meaning`].
     pub image: Vec<Complex32>,
     /// Places of the pixels; for a volume with the heights of the image's values.
     pub pixels: Pixels,
-    /// How it was made.
+    /// Options of the stage.
     pub options: FocusOptions,
-    /// What the planner chose and why, as text.
+    /// Choices of the planner and their reasons, as text.
     pub plan: String,
     /// Bytes that the plan needs in addition to the input.
     pub promised_bytes: u64,
@@ -128,7 +128,7 @@ pub struct Focused {
     pub multilook: Option<Multilook>,
     /// Maximum projections of a volume.
     pub projections: Option<Projections>,
-    /// How the scene was solved for, where it was.
+    /// Record of the inversion, if any.
     pub inversion: Option<InversionRecord>,
     /// The ground below whose surface rays were refracted.
     pub underground: Option<Underground>,
@@ -239,10 +239,10 @@ pub fn focus(
     })
 }
 
-/// The pulses of an antenna that looks where the options say.
+/// The pulses with the boresight of the options.
 ///
 /// # Errors
-/// An antenna on a gimbal whose attitude is not known, or a boresight that is no direction.
+/// An antenna on a gimbal whose attitude is not known, or a boresight without direction.
 pub(crate) fn looking<'a>(
     pulses: Pulses<'a>,
     aligned: &'a Aligned,
@@ -258,8 +258,8 @@ pub(crate) fn looking<'a>(
     }
 }
 
-/// The tracks' parts of the pulses in `wanted`, counted from its first; tracks without any are left
-/// out.
+/// The tracks' parts of the pulses in `wanted`, counted from the first of `wanted`; tracks without pulses in
+/// `wanted` are omitted.
 pub(crate) fn parts_within(parts: &[Range<usize>], wanted: &Range<usize>) -> Vec<Range<usize>> {
     let within = |part: &Range<usize>| {
         let from = part.start.max(wanted.start);
@@ -288,7 +288,7 @@ struct Made {
     summary: PlanSummary,
 }
 
-/// One image with the aperture of all traces.
+/// The coherent image of all traces.
 fn coherent_sum(input: LookInput<'_>, control: &Control<'_>) -> Result<Made, ImageError> {
     let mut image = vec![Complex32::default(); input.pixels.grid.len()];
     let mut summary = PlanSummary::default();
@@ -303,7 +303,7 @@ fn coherent_sum(input: LookInput<'_>, control: &Control<'_>) -> Result<Made, Ima
     Ok(Made { image, summary })
 }
 
-/// The root of the sum of the powers of each track's own image.
+/// The root of the summed powers of the tracks' images.
 fn sum_of_powers(
     input: LookInput<'_>,
     parts: &[Range<usize>],

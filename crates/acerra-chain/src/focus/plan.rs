@@ -1,4 +1,4 @@
-//! Plans of the imaging operators, and why they fail.
+//! Plans of the imaging operators, and their errors.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::control::{Cancelled, Control};
 use crate::focus::sink::SinkError;
 use crate::scene::pixels::Pixels;
 
-/// Why no image can be made.
+/// Reason for which no image can be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -22,16 +22,16 @@ pub enum ImageError {
     /// A ground that the operators refuse, or a ground with antennas inside.
     #[error("[ground]: {0}")]
     Ground(ImagingError),
-    /// A grid or an accuracy that they refuse.
+    /// A grid or an accuracy that the operators refuse.
     #[error("[image]: {0}")]
     Plan(ImagingError),
-    /// Tracks that they refuse.
+    /// Tracks that the operators refuse.
     #[error("[[track]]: {0}")]
     Tracks(ImagingError),
     /// The aperture cannot be partitioned into these looks.
     #[error("[image] looks: {0}")]
     Looks(ImagingError),
-    /// The antenna hangs on a gimbal whose attitude is not known.
+    /// The antenna is on a gimbal whose attitude is not known.
     #[error(
         "[image] antenna_axis = \"{axis}\": expected the attitude of a gimbal with the positions of every \
          track, found none ([trajectory] file with the log of an autopilot or a robot that records it)"
@@ -43,10 +43,10 @@ pub enum ImageError {
     /// Looks are requested of several tracks.
     #[error("[image] looks: expected a single track, found {tracks}")]
     LooksOfTracks {
-        /// How many there are.
+        /// Number of tracks.
         tracks: usize,
     },
-    /// The scene cannot be solved for.
+    /// The inversion failed.
     #[error("[image] method: {0}")]
     Inversion(InvertError),
     /// A method that excludes another requested product.
@@ -54,12 +54,12 @@ pub enum ImageError {
     Method {
         /// The method.
         method: &'static str,
-        /// What it needs.
+        /// Requirement of the method.
         expected: &'static str,
-        /// What else is asked for.
+        /// Product requested in addition.
         found: &'static str,
     },
-    /// Anything else that the imaging operators refuse.
+    /// Any other error of the imaging operators.
     #[error(transparent)]
     Imaging(ImagingError),
     /// The sink does not take an image.
@@ -82,7 +82,7 @@ pub(crate) fn plan_on<'a>(
     .map_err(refused)
 }
 
-/// Runs a plan; `before` contributions of the step were computed by earlier ones.
+/// Runs a plan; earlier plans computed `before` contributions of the step.
 pub(crate) fn run_plan(
     plan: &ImagingPlan<'_>,
     image: &mut [Complex32],
@@ -94,7 +94,7 @@ pub(crate) fn run_plan(
         .map_err(refused)
 }
 
-/// A plan that cannot be made or run: cancelled, or refused.
+/// The error of a plan that was cancelled or refused.
 fn refused(error: ImagingError) -> ImageError {
     match error {
         ImagingError::Cancelled => ImageError::Cancelled(Cancelled),

@@ -1,4 +1,4 @@
-//! From the sum of Eq. (3) to reflectivities: every pixel divided by the sum that a point of unit reflectivity gives.
+//! Reflectivities from the sum of Eq. (3): every pixel divided by the sum that a point of unit reflectivity gives.
 //!
 //! An echo from range R falls as 1/R², and Eq. (3) weighs it by 1/R² again, so that the sum of a point grows as
 //! Σ w/R⁴: of two equal reflectors at 2 m and 8 m the nearer is 48 dB brighter. The quotient is the least-squares
@@ -11,11 +11,11 @@ use crate::scene::pixels::Pixels;
 
 /// Spacing of the nodes between which the logarithm of the sum is linear, over the nearest range: 0.2 % of error.
 const SPACING_OF_RANGE: f64 = 0.06;
-/// Nodes along the longer side at most.
+/// Largest number of nodes along the longer side.
 const MOST_NODES: f64 = 2000.0;
 
-/// Divides the image by the image of a point of unit reflectivity. The traces at `position_m` with these
-/// weights receive the point's echoes at `frequencies` frequencies. Values are in the echoes' unit times m².
+/// Divides the image by the image of a point of unit reflectivity, whose echoes the traces at `position_m`
+/// receive with `weight` at `frequencies` frequencies. Values are in the echoes' unit times m².
 pub(crate) fn to_reflectivity(
     image: &mut [Complex32],
     pixels: &Pixels,
@@ -60,7 +60,7 @@ impl Nodes {
             .fold(f64::INFINITY, f64::min);
         let longest_m = (x_m[1] - x_m[0]).max(y_m[1] - y_m[0]);
         let finest_m = grid.pixel_m.max(longest_m / MOST_NODES);
-        // A power of two, which no choice of pixels or tiles changes by a little.
+        // A power of two, so that small differences of pixels or tiles do not change the spacing.
         let spacing_m = (SPACING_OF_RANGE * nearest_m.min(1e6)).max(finest_m);
         let spacing_m = spacing_m.log2().floor().exp2();
         let first = [x_m[0], y_m[0]].map(|from| (from / spacing_m).floor());
@@ -94,7 +94,7 @@ impl Nodes {
         }
     }
 
-    /// Between the four nodes about a place.
+    /// The logarithm at a place, interpolated between four nodes.
     fn at(&self, x_m: f64, y_m: f64) -> f64 {
         let [u, v] = [
             x_m / self.spacing_m - self.first[0],

@@ -1,4 +1,4 @@
-//! Where looks and volume slices go, image by image, as the chain makes them.
+//! Receivers of looks and volume slices, image by image.
 
 use std::error::Error;
 
@@ -6,26 +6,26 @@ use acerra_imaging::{Complex32, PlaneGrid};
 
 /// Receives the images of a stack one after another: `begin`, one `put` for each image, `finish`.
 pub trait ImageSink {
-    /// A stack begins.
+    /// Begins a stack.
     ///
     /// # Errors
-    /// Why the sink cannot take it.
+    /// Any failure of the sink.
     fn begin(&mut self, stack: &StackHeader) -> Result<(), SinkError>;
 
-    /// The next image, row-major `[ny, nx]`, row 0 at the smallest y.
+    /// Takes the next image, row-major `[ny, nx]`, row 0 at the smallest y.
     ///
     /// # Errors
-    /// Why the sink cannot take it.
+    /// Any failure of the sink.
     fn put(&mut self, image: &[Complex32]) -> Result<(), SinkError>;
 
-    /// The stack is complete; `arrays` describe it.
+    /// Completes the stack, which `arrays` describe.
     ///
     /// # Errors
-    /// Why the sink cannot take them.
+    /// Any failure of the sink.
     fn finish(&mut self, arrays: Vec<StackArray>) -> Result<(), SinkError>;
 }
 
-/// What a stack is made of.
+/// Kind of the images of a stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StackKind {
     /// Looks along the track.
@@ -35,7 +35,7 @@ pub enum StackKind {
 }
 
 impl StackKind {
-    /// Its name, as arrays and files bear it.
+    /// Name of the kind in arrays and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -48,9 +48,9 @@ impl StackKind {
 /// Properties of a stack before its first image.
 #[derive(Clone, Debug)]
 pub struct StackHeader {
-    /// What it is made of.
+    /// Kind of the images.
     pub kind: StackKind,
-    /// Columns and rows of each image; of a volume the lowest slice.
+    /// Columns and rows of each image; for a volume those of the lowest slice.
     pub grid: PlaneGrid,
     /// Number of images.
     pub count: usize,
@@ -59,21 +59,21 @@ pub struct StackHeader {
 /// A named array that describes a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StackArray {
-    /// Its name.
+    /// Name of the array.
     pub name: &'static str,
-    /// Its shape.
+    /// Shape of the array.
     pub shape: Vec<usize>,
-    /// Its values, row-major.
+    /// Values of the array, row-major.
     pub values: Vec<f64>,
 }
 
-/// Why a sink does not take an image.
+/// Failure of a sink.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {cause}")]
 pub struct SinkError {
     /// The file, or its substitute, and the failed operation.
     pub place: String,
-    /// Why.
+    /// Cause of the failure.
     pub cause: Box<dyn Error + Send + Sync>,
 }
 
@@ -87,11 +87,11 @@ pub struct MemorySink {
 /// A stack in memory.
 #[derive(Debug)]
 pub struct MemoryStack {
-    /// What it is made of.
+    /// Header of the stack.
     pub header: StackHeader,
-    /// Its images.
+    /// Images of the stack.
     pub images: Vec<Vec<Complex32>>,
-    /// The arrays that describe it.
+    /// Arrays that describe the stack.
     pub arrays: Vec<StackArray>,
 }
 

@@ -6,7 +6,7 @@ use crate::scene::{SceneError, SceneHeights, SceneOptions};
 
 const VALUE: u128 = size_of::<acerra_imaging::Complex32>() as u128;
 
-/// The level of a pixel while an image is measured and drawn.
+/// Bytes of a pixel's level while an image is measured and drawn.
 const LEVEL: u128 = size_of::<f32>() as u128;
 
 /// Bytes of the pixels, in addition to tables and traces.
@@ -18,13 +18,13 @@ pub struct NeededBytes {
     pub disk: u128,
 }
 
-/// Bytes that the pixels of a scene and its looks ask for.
+/// Bytes needed for the pixels of a scene and its looks.
 ///
 /// # Errors
 /// An invalid grid or volume.
 pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<NeededBytes, SceneError> {
     let Some(grid) = scene.grid()? else {
-        // Left to the flight: the size is unknown until the flight is read.
+        // Sides left to the flight: the size is unknown until the flight is read.
         return Ok(NeededBytes { memory: 0, disk: 0 });
     };
     let plane = grid.len() as u128;
@@ -47,6 +47,7 @@ pub fn needed_bytes(scene: &SceneOptions, looks: Option<usize>) -> Result<Needed
 /// Bytes of a volume's maximum projections, in addition to one slice.
 pub(crate) fn projections_bytes(volume: &VolumeGrid) -> u128 {
     let [nx, ny, nz] = [volume.base.nx, volume.base.ny, volume.nz].map(|n| n as u128);
-    // Seen from above a value, its modulus and a height; from the side and the front a power.
+    // The view from above has a value, a modulus and a height; the views from the side and the front have a
+    // power.
     nx * ny * (2 * VALUE + 4) + nz * (nx + ny) * 4
 }

@@ -1,4 +1,4 @@
-//! Images in parts: the pixels cut into tiles that are imaged apart, and put together again.
+//! Images in parts: the pixels are divided into tiles, which are imaged separately and assembled.
 
 use std::ops::Range;
 
@@ -12,14 +12,14 @@ use crate::focus::volume::assemble_volume;
 use crate::focus::{Focused, ImageRequest};
 use crate::scene::pixels::Pixels;
 
-/// Pixels of a tile at most, unless a row or slice alone has more.
+/// Largest number of pixels of a tile, unless a row or slice has more.
 const TILE_PIXELS: usize = 1 << 20;
-/// Tiles that an image is cut into at least, where its rows let.
+/// Least number of tiles of an image, as far as the number of rows permits.
 const LEAST_TILES: usize = 64;
-/// Rows of a tile at least: fewer leave vectors of the kernels empty.
+/// Least number of rows of a tile: fewer leave vectors of the kernels empty.
 const LEAST_ROWS: usize = 16;
 
-/// How an image is cut: a plane or terrain into bands of whole rows, a volume into groups of slices.
+/// Division of an image: a plane or terrain into bands of whole rows, a volume into groups of slices.
 ///
 /// ```
 /// use acerra_chain::{Pixels, focus::tiles::Tiling};
@@ -36,12 +36,12 @@ const LEAST_ROWS: usize = 16;
 pub struct Tiling {
     /// Rows, or slices.
     pub length: usize,
-    /// Rows or slices of a tile; the last may have fewer.
+    /// Rows or slices of a tile; the last tile may have fewer.
     pub per_tile: usize,
 }
 
 impl Tiling {
-    /// The tiles of an image. They depend on the pixels alone.
+    /// The tiling of an image, which depends on the pixels only.
     #[must_use]
     pub fn of(pixels: &Pixels) -> Self {
         let (length, row, least) = match &pixels.volume {
@@ -95,7 +95,7 @@ impl Tiling {
 /// Records of a tile's plans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TilePlan {
-    /// What was planned and why.
+    /// Choices of the planner and their reasons.
     pub plan: String,
     /// Bytes needed in addition to the input.
     pub promised_bytes: u64,
@@ -106,7 +106,7 @@ pub struct TilePlan {
 /// Refuses products that cannot be made tile by tile: solutions for the whole scene, and looks.
 ///
 /// # Errors
-/// What was asked for.
+/// The requested product.
 pub fn check_request(request: &ImageRequest) -> Result<(), ImageError> {
     let method = request.options.inversion.method;
     let found = if method != Method::Adjoint {
@@ -126,7 +126,7 @@ pub fn check_request(request: &ImageRequest) -> Result<(), ImageError> {
 /// Assembles tiles to the result of [`focus`](crate::focus::focus). A volume's slices go to the sink.
 ///
 /// # Errors
-/// A tile that cannot be had, a sink that is full.
+/// A missing tile, a failure of the sink.
 pub fn assemble(
     request: &ImageRequest,
     plans: &[TilePlan],

@@ -6,7 +6,7 @@ use acerra_imaging::refraction::{Ground, Layer, Relief, Surface};
 use crate::scene::Ground as SceneGround;
 use crate::scene::pixels::Pixels;
 
-/// Nodes of the lattice that holds a relief at most.
+/// Largest number of nodes of a relief's lattice.
 const MOST_NODES: f64 = 4e5;
 
 /// Intervals of the lattice beyond the pixels and the antennas, for the cubic interpolation.
@@ -19,7 +19,7 @@ pub struct Underground {
     pub surface_z_m: f64,
     /// Whether the surface is uneven: the terrain of the scene, or the surface seen by the radar.
     pub is_uneven: bool,
-    /// That surface under antennas and pixels, once [`Underground::over`] has sampled it.
+    /// The uneven surface under antennas and pixels, once [`Underground::over`] has sampled it.
     pub relief: Option<Relief>,
     /// Whether the permittivity of the soil is found from the data; the layer's permittivity is then the
     /// start.
@@ -60,7 +60,7 @@ impl Underground {
         scaled
     }
 
-    /// This ground of one soil with the permittivity found.
+    /// This ground of one soil with another permittivity.
     #[must_use]
     pub fn of_permittivity(&self, relative_permittivity: f64) -> Self {
         let mut found = self.clone();
@@ -70,8 +70,8 @@ impl Underground {
         found
     }
 
-    /// Factors, each `ratio` times the one before, by which all permittivities stay within those of soils; 1
-    /// is among them.
+    /// Factors in a geometric series with the ratio `ratio`, including 1, by which all permittivities remain
+    /// within [`PERMITTIVITIES`].
     #[must_use]
     pub fn factors(&self, ratio: f64) -> Vec<f64> {
         let permittivities = (self.layers.iter()).map(|layer| layer.soil.relative_permittivity);
@@ -85,7 +85,7 @@ impl Underground {
             .collect()
     }
 
-    /// The ground as rays in the middle of a band see it.
+    /// The ground for rays traced at the middle of a band.
     ///
     /// # Errors
     /// Invalid soils or layers.
@@ -98,8 +98,8 @@ impl Underground {
         Ground::new(surface, &self.layers, middle_hz)
     }
 
-    /// This ground with the terrain sampled under the pixels and the antennas, where it follows one. The lattice has
-    /// the pixels' distance, or a coarser one where that would be too many nodes.
+    /// This ground with the terrain, if any, sampled under the pixels and the antennas. The lattice has the
+    /// pixels' spacing, or a coarser spacing that limits the number of nodes.
     ///
     /// # Errors
     /// Heights that are not finite.

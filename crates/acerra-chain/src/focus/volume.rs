@@ -14,17 +14,17 @@ use crate::scene::pixels::Pixels;
 /// A volume seen from three sides: the greatest amplitude along the other axis.
 #[derive(Clone, Debug)]
 pub struct Projections {
-    /// From above, `[ny, nx]`: moduli without phase.
+    /// Maximum as seen from above, `[ny, nx]`: moduli without phase.
     pub above: Vec<Complex32>,
-    /// From the south, `[nz, nx]`.
+    /// Maximum as seen from the south, `[nz, nx]`.
     pub front: Vec<f32>,
-    /// From the west, `[nz, ny]`.
+    /// Maximum as seen from the west, `[nz, ny]`.
     pub side: Vec<f32>,
     /// The slices.
     pub volume: VolumeGrid,
 }
 
-/// A volume as it is kept in memory.
+/// The part of a volume that is kept in memory.
 pub(crate) struct ImagedVolume {
     /// The value of greatest modulus along z.
     pub image: Vec<Complex32>,
@@ -83,11 +83,11 @@ pub(crate) fn image_volume(
     })
 }
 
-/// A volume that was made before, in groups of whole slices: handed to the sink slice after slice, and
-/// seen from three sides.
+/// Assembles a volume imaged in groups of whole slices: passes it to the sink slice after slice, and projects
+/// it along three axes.
 ///
 /// # Errors
-/// A group that cannot be had, a sink that is full.
+/// A missing group, a failure of the sink.
 pub(crate) fn assemble_volume<G: AsRef<[Complex32]>>(
     volume: VolumeGrid,
     groups: impl Iterator<Item = Result<G, SinkError>>,

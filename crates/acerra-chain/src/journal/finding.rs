@@ -98,28 +98,28 @@ impl Finding {
         }
     }
 
-    /// The same finding, checking a setting.
+    /// This finding, checking a setting.
     #[must_use]
     pub fn checking(mut self, setting: Setting) -> Self {
         self.checks = Some(setting);
         self
     }
 
-    /// The same with the value expected.
+    /// This finding with the expected value.
     #[must_use]
     pub fn expecting(mut self, expected: f64) -> Self {
         self.expected = Some(expected);
         self
     }
 
-    /// The same finding with its judgement in words.
+    /// This finding with an explanation of the verdict.
     #[must_use]
     pub fn because(mut self, explanation: impl Into<String>) -> Self {
         self.explanation = explanation.into();
         self
     }
 
-    /// The same with a milder verdict than `most`, at most.
+    /// This finding with a verdict no more severe than `most`.
     #[must_use]
     pub fn at_most(mut self, most: Verdict) -> Self {
         self.verdict = self.verdict.min(most);
@@ -145,7 +145,7 @@ pub enum Setting {
     Base,
     /// The axes of positions that a file gives in a local frame: ranges are the same in its mirror image.
     Axes,
-    /// Where the antenna looks, from which its pattern counts.
+    /// Axis of the antenna, from which its pattern counts.
     AntennaAxis,
     /// The permittivity of the ground below the surface.
     Permittivity,

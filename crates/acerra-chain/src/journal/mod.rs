@@ -13,9 +13,9 @@ use self::warnings::Warnings;
 /// Cost of the stages, warnings and evidence of a run.
 #[derive(Debug, Default)]
 pub struct Journal {
-    /// What each stage cost.
+    /// Cost of each stage.
     pub stages: Stages,
-    /// What the stages noticed.
+    /// Warnings of the stages.
     pub warnings: Warnings,
     /// Findings on the settings, judged.
     pub evidence: Evidence,

@@ -21,7 +21,7 @@ pub struct Stage {
 pub enum StageEvent<'a> {
     /// A stage of this name begins.
     Started(&'static str),
-    /// It is over.
+    /// The stage is over.
     Finished(&'a Stage),
 }
 

@@ -8,7 +8,7 @@ use crate::clean::CleanError;
 use crate::control::Cancelled;
 use crate::scene::SceneError;
 
-/// Why nothing can be seen.
+/// Reason why nothing can be seen.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LookError {

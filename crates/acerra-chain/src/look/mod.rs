@@ -26,7 +26,7 @@ pub use error::LookError;
 pub use motion::{MotionMatch, match_motion};
 pub use side::{Determined, SideLook};
 
-/// What a first look shows.
+/// Result of a first look.
 #[derive(Clone, Debug)]
 pub struct FirstLook {
     /// Whether an echo follows the height of the flight.
@@ -34,7 +34,7 @@ pub struct FirstLook {
     /// Trajectory time minus radar time used in the look (s); none where neither height nor motion determines
     /// an offset.
     pub time_offset_s: Option<f64>,
-    /// Where the echoes focus; none where the surface is seen, or no offset is determined.
+    /// Focus of the echoes; none where the surface is seen, or no offset is determined.
     pub side: Option<SideLook>,
 }
 

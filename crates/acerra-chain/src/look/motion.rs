@@ -1,4 +1,4 @@
-//! Which of several motions is the radar's: the one with which its echoes change.
+//! Choice of the radar's motion among several: the motion with which the radar's echoes change.
 
 use acerra_geo::trajectory::Trajectory;
 use acerra_radar::Radargram;

@@ -1,4 +1,4 @@
-//! Where the echoes of a radar that looks to the side focus: delay, height of the plane, and place of the strongest.
+//! Focus of the echoes of a side-looking radar: delay, height of the plane, and place of the strongest echo.
 //!
 //! A point's echoes are in phase where its ranges are right. Delay and height of the plane are searched in turn, each
 //! at the other's best, and the height's own curve is the best over the delays at every height.
@@ -49,7 +49,7 @@ pub struct Determined {
     pub is_bounded: bool,
 }
 
-/// Where the echoes of a radar that looks to the side focus.
+/// Focus of the echoes of a side-looking radar.
 #[derive(Clone, Debug)]
 pub struct SideLook {
     /// Fast time at which range is zero (s).
@@ -59,7 +59,7 @@ pub struct SideLook {
     /// Largest movement of the most coherent echo over the plane within the heights that are not excluded
     /// (m).
     pub moved_m: f64,
-    /// Where it is (x, y), m.
+    /// Place of the most coherent echo (x, y), m.
     pub place_m: Option<[f64; 2]>,
     /// The strongest echo of everything in range (x, y), m, and its level above the strongest in the default
     /// image (dB), where it lies outside and is stronger.

@@ -19,7 +19,7 @@ pub struct MeasureOptions {
     pub max_targets: usize,
 }
 
-/// Why an image cannot be measured.
+/// Reason for which an image cannot be measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeasureError {
@@ -37,12 +37,12 @@ pub enum MeasureError {
     Targets(ImagingError),
 }
 
-/// The image as the metrics see it.
+/// View of the image for the metrics.
 ///
 /// # Errors
 /// Pixel values that are not finite.
 pub fn view_of(focused: &Focused) -> Result<ImageView<'_>, MeasureError> {
-    // Values of a volume seen from above come from many heights, and so in any phase.
+    // Values of a volume seen from above come from many heights, so that their phases are unrelated.
     let values = match &focused.projections {
         Some(volume) => &volume.above,
         None => &focused.image,

@@ -14,11 +14,11 @@ use crate::position::boresight::Boresights;
 pub struct Aligned {
     /// Numbers of the traces in their log.
     pub traces: Vec<usize>,
-    /// Their radar time (s).
+    /// Radar time of the traces (s).
     pub time_s: Vec<f64>,
     /// Place of the phase centre: east, north, up (m).
     pub position_m: Vec<[f64; 3]>,
-    /// Transmitter and receiver from that place (m); empty where they are one.
+    /// Vectors from the phase centre to transmitter and receiver (m); empty for monostatic traces.
     pub antennas_from_place_m: Vec<[[f64; 3]; 2]>,
     /// Standard deviations of the places (m); empty where the trajectory states none.
     pub sigma_m: Vec<[f64; 3]>,
@@ -26,13 +26,13 @@ pub struct Aligned {
     pub status: Vec<SolutionStatus>,
     /// Height of the phase centre above the ground below it (m).
     pub height_m: Vec<f64>,
-    /// Where an antenna that is fixed to the platform looks: straight down in the recorded attitude's axes.
+    /// Boresight of an antenna fixed to the platform: straight down in the recorded attitude's axes.
     pub boresight: Boresights,
-    /// Down in the axes of the gimbal; empty unless every track has its attitude.
+    /// Downward axis of the gimbal; empty unless every track has the gimbal's attitude.
     pub gimbal_down: Boresights,
-    /// Forward in the axes of the gimbal; empty unless every track has its attitude.
+    /// Forward axis of the gimbal; empty unless every track has the gimbal's attitude.
     pub gimbal_forward: Boresights,
-    /// Entries with which a line or a track begins, other than the first.
+    /// First entries of all lines and tracks but the first.
     pub line_starts: Vec<usize>,
     /// Length of path that each trace represents on its line (m).
     pub path_m: Vec<f64>,
@@ -40,21 +40,22 @@ pub struct Aligned {
     pub all: Vec<Interpolated>,
     /// Whether a platform is at rest for much of the time, so that its traces are weighted by path by
     /// default.
-    pub stands: bool,
-    /// Heights by the radar, where they replace those of the positions.
+    pub is_often_at_rest: bool,
+    /// Heights by the radar, where these replace the positions' heights.
     pub radar_height: Option<HeightsReplaced>,
 }
 
-/// Heights by the radar, compared with those of the positions.
+/// Comparison of the heights by the radar with the positions' heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightsReplaced {
-    /// Standard deviation of the positions' heights about the radar's, without their common level (m).
+    /// Standard deviation of the positions' heights about the radar's heights, without their common level
+    /// (m).
     pub positions_off_m: f64,
-    /// Median deviation that the positions state (m), where they do.
+    /// Median of the stated standard deviations of the positions' heights (m), if any.
     pub stated_m: Option<f64>,
     /// Standard deviation of a height by the radar (m).
     pub sigma_m: f64,
-    /// Share of the traces whose echo was taken.
+    /// Share of the traces whose echo was used.
     pub picked: f64,
 }
 
@@ -63,11 +64,10 @@ impl Aligned {
     #[must_use]
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];
-        self.stands.then_some([*first, *last])
+        self.is_often_at_rest.then_some([*first, *last])
     }
 
-    /// The lines of a part of the traces, one after another, each as the entries it holds counted from the part's
-    /// first.
+    /// The lines of a part of the traces, each as the range of its entries, counted from the part's first.
     #[must_use]
     pub fn lines(&self, part: Range<usize>) -> Vec<Range<usize>> {
         let starts = self.line_starts.iter().copied();
@@ -80,14 +80,14 @@ impl Aligned {
         from.zip(to).map(|(from, to)| from..to).collect()
     }
 
-    /// Path (m) that each trace represents, along the lines alone.
+    /// Path (m) that each trace represents, along the lines only.
     pub(crate) fn path_along_lines_m(&self, position_m: &[[f64; 3]]) -> Vec<f64> {
         let lines = self.lines(0..position_m.len());
         let path_m = |line: Range<usize>| path_length_per_trace_m(&position_m[line]);
         lines.into_iter().flat_map(path_m).collect()
     }
 
-    /// Transmitters and receivers (m), where they are apart.
+    /// Separate transmitters and receivers (m); `None` for monostatic traces.
     #[must_use]
     pub fn antennas_m(&self) -> Option<[Vec<[f64; 3]>; 2]> {
         if self.antennas_from_place_m.is_empty() {
@@ -106,7 +106,7 @@ impl Aligned {
     /// Transmitter and receiver of trace `k` (m).
     ///
     /// # Panics
-    /// No such trace.
+    /// No trace `k`.
     #[must_use]
     pub fn antennas_at_m(&self, k: usize) -> [[f64; 3]; 2] {
         let place_m = self.position_m[k];
@@ -118,7 +118,7 @@ impl Aligned {
         }
     }
 
-    /// Direction in which the antenna looks; none where it is assumed to look straight down.
+    /// Boresights of the antenna; `None` where the boresight is assumed to be straight down.
     #[must_use]
     pub const fn boresights(&self, axis: AntennaAxis) -> Option<&Boresights> {
         match axis {
@@ -139,7 +139,7 @@ impl Aligned {
         }
         let (before, more) = (self.traces.len(), other.traces.len());
         if !(self.antennas_from_place_m.is_empty() && other.antennas_from_place_m.is_empty()) {
-            // Antennas of the other track are one.
+            // The other track is monostatic.
             self.antennas_from_place_m.resize(before, [[0.0; 3]; 2]);
             other.antennas_from_place_m.resize(more, [[0.0; 3]; 2]);
             self.antennas_from_place_m
@@ -161,7 +161,7 @@ impl Aligned {
         self.height_m.append(&mut other.height_m);
         self.path_m.append(&mut other.path_m);
         self.all.append(&mut other.all);
-        self.stands |= other.stands;
+        self.is_often_at_rest |= other.is_often_at_rest;
         self.radar_height = self.radar_height.or(other.radar_height);
     }
 }

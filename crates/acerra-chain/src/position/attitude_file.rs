@@ -1,4 +1,4 @@
-//! The attitudes of an autopilot's log on positions that something else measured.
+//! Attitudes of an autopilot's log on positions from another source.
 
 use std::io::Read;
 
@@ -15,7 +15,7 @@ use crate::position::clock_shift::{ClockShift, clock_shift};
 /// Largest deviation of a shift that is reported (s).
 const MOST_SIGMA_S: f64 = 1.0;
 
-/// Why the attitudes of a log cannot be put on positions.
+/// Reason for which the attitudes of a log cannot be combined with positions.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AttitudeFileError {
@@ -79,7 +79,8 @@ pub struct WithAttitudes {
     pub trajectory: Trajectory,
     /// Remarks on the log.
     pub report: LogReport,
-    /// Displacement of the log's own positions from the positions; none where it cannot be determined.
+    /// Displacement of the log's positions from the positions used; `None` where the displacement cannot be
+    /// determined.
     pub shift: Option<ClockShift>,
     /// Positions without an attitude of the vehicle.
     pub without_attitude: usize,
@@ -87,8 +88,8 @@ pub struct WithAttitudes {
     pub without_gimbal: usize,
 }
 
-/// Puts the attitudes of the log `reader` on the positions of `trajectory` by GPS time, interpolated at the
-/// positions' times, in place of earlier attitudes.
+/// Replaces the attitudes of `trajectory` by the attitudes of the log `reader`, interpolated in GPS time at
+/// the positions.
 ///
 /// # Errors
 /// A log that cannot be used or holds no attitude, positions without GPS time or place, and logs of other times than
@@ -165,7 +166,8 @@ impl WithAttitudes {
             .collect()
     }
 
-    /// Clock and place of the log, compared with the positions; none where its own positions move too little.
+    /// Comparison of the log's clock and positions with the positions used; `None` where the log's positions
+    /// move too little.
     #[must_use]
     pub fn seen(&self) -> Option<AttitudesSeen> {
         self.shift.map(|shift| AttitudesSeen {
@@ -179,13 +181,13 @@ impl WithAttitudes {
     }
 }
 
-/// Clock and place of a log of attitudes, compared with the positions that take its attitudes.
+/// Comparison of the clock and positions of a log of attitudes with the positions that use the attitudes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttitudesSeen {
-    /// The log's stamp of an event minus that of the positions, and its standard deviation (s), where the motion
-    /// determines it.
+    /// The log's stamp of an event minus the positions' stamp, and the standard deviation of this difference
+    /// (s), where the motion determines the difference.
     pub clock: Option<[f64; 2]>,
-    /// Mean horizontal distance of the log's own positions from the positions (m).
+    /// Mean horizontal distance of the log's positions from the positions used (m).
     pub apart_m: f64,
 }
 

@@ -1,10 +1,10 @@
-//! Where the antenna looks at each trace.
+//! Boresight of the antenna at each trace.
 
 use acerra_geo::trajectory::Attitude;
 
 /// Straight down: the antenna of a level platform, in east, north, up as in forward, left, up.
 pub const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
-/// Along the carrier's nose, in forward, left, up: where a camera looks.
+/// Along the carrier's nose, in forward, left, up: the axis of a camera.
 pub const FORWARD: [f64; 3] = [1.0, 0.0, 0.0];
 
 /// Directions in which an axis of a platform or a gimbal points, trace by trace. Both lists are as long as the
@@ -13,8 +13,8 @@ pub const FORWARD: [f64; 3] = [1.0, 0.0, 0.0];
 pub struct Boresights {
     /// Unit vectors east, north, up.
     pub looks: Vec<[f64; 3]>,
-    /// Whether the direction is by the trace's own attitude; else it is that of the trace before, or straight
-    /// down.
+    /// Whether the direction is from the trace's attitude; otherwise the direction is repeated from the trace
+    /// before, or straight down.
     pub is_own: Vec<bool>,
 }
 
@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(found.looks[1], found.looks[2]);
         let [x, y, z] = found.looks[1];
         assert!(x.abs() < 1e-12 && (y - 0.5).abs() < 1e-12 && (z + 0.75_f64.sqrt()).abs() < 1e-12);
-        // The nose stays where the roll turns about it.
+        // A roll about the nose does not move the nose.
         let nose = Boresights::of(&attitudes, FORWARD);
         assert!((nose.looks[1][0] - 1.0).abs() < 1e-12);
     }

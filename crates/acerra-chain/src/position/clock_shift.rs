@@ -7,29 +7,30 @@ use acerra_geo::trajectory::{Fix, Trajectory};
 const WIDEST_S: f64 = 30.0;
 /// Steps of the shifts tried (s).
 const STEP_S: f64 = 0.1;
-/// Shifts up to this are taken where no other is much more likely (s).
+/// Largest shift (s) that is accepted without a comparison, unless another shift is much more likely.
 const NEAR_S: f64 = 1.0;
-/// Log-likelihood by which another shift must surpass those (odds of 400 to 1).
+/// Log-likelihood by which a larger shift must exceed these (odds of 400 to 1).
 const MARGIN: f64 = 6.0;
-/// Positions of the record that are compared, at most, evenly spread.
+/// Largest number of positions of the record that are compared, evenly spread.
 const MOST_COMPARED: usize = 1000;
-/// The fewest that show anything.
+/// Least number of positions compared.
 const FEWEST_COMPARED: usize = 20;
 
 /// Comparison of one record of a flight with another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockShift {
-    /// The record's stamp of an event minus that of the reference (s), by the positions.
+    /// The record's stamp of an event minus the reference's stamp (s), from the positions.
     pub shift_s: f64,
-    /// Its standard deviation (s), from the residuals between the positions and their correlation time.
+    /// Standard deviation of the shift (s), from the residuals between the positions and their correlation
+    /// time.
     pub sigma_s: f64,
-    /// Mean horizontal distance of the record's positions from the reference's (m), at that shift.
+    /// Mean horizontal distance of the record's positions from the reference's positions (m), at this shift.
     pub distance_m: f64,
 }
 
-/// Compares the horizontal positions of `record` with those of `reference`, in one frame and on one scale of time; a
-/// constant offset between them is taken out. None where the reference hardly moves, or both have few times in
-/// common.
+/// Compares the horizontal positions of `record` with those of `reference`, in one frame and on one scale of
+/// time; a constant offset between the positions is removed. `None` where the reference hardly moves, or both
+/// have few times in common.
 #[must_use]
 pub fn clock_shift(record: &Trajectory, reference: &Trajectory) -> Option<ClockShift> {
     let origin = reference.time_origin().gps_time()?;
@@ -132,8 +133,8 @@ impl Comparison {
         (sum / (2 * self.residual_m.len()) as f64).max(1e-8)
     }
 
-    /// Number of independent residuals: all over the sum of their autocorrelation, up to its first zero. Two
-    /// axes count twice.
+    /// Number of independent residuals: the number of residuals over the sum of their autocorrelation up to
+    /// its first zero, counted for two axes.
     fn independent(&self) -> f64 {
         let count = self.residual_m.len();
         let product = |lag: usize| -> f64 {

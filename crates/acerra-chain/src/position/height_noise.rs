@@ -1,4 +1,4 @@
-//! Errors of a trajectory's heights: those that differ from one fix to the next, and those that last.
+//! Errors of a trajectory's heights: noise from fix to fix, and lasting errors.
 
 use acerra_geo::trajectory::{Fix, SolutionStatus, Trajectory};
 
@@ -6,13 +6,13 @@ use acerra_geo::trajectory::{Fix, SolutionStatus, Trajectory};
 const EVEN: f64 = 0.2;
 /// Least number of third differences.
 const LEAST: usize = 16;
-/// Standard deviation over median modulus, of a normal distribution.
+/// Ratio of standard deviation to median modulus of a normal distribution.
 const NORMAL: f64 = 1.4826;
 
 /// Standard deviation of the heights' noise from fix to fix (m), by third differences, to which motion of
-/// constant acceleration does not contribute; none without 19 even fixes in a row.
+/// constant acceleration does not contribute; `None` without 19 even fixes in a row.
 ///
-/// Motion that changes from one fix to the next passes for noise: of a lively craft at 1 Hz, this is an
+/// Motion that changes from one fix to the next counts as noise: for a lively craft at 1 Hz, the result is an
 /// upper bound.
 pub(crate) fn height_noise_m(trajectory: &Trajectory) -> Option<f64> {
     let mut moduli_m: Vec<f64> = trajectory.fixes().windows(4).filter_map(third_m).collect();
@@ -21,7 +21,7 @@ pub(crate) fn height_noise_m(trajectory: &Trajectory) -> Option<f64> {
     }
     let middle = moduli_m.len() / 2;
     let (_, median_m, _) = moduli_m.select_nth_unstable_by(middle, f64::total_cmp);
-    // Of independent errors: 1 + 9 + 9 + 1.
+    // The variance of a third difference of independent errors is 1 + 9 + 9 + 1 = 20 times theirs.
     Some(NORMAL * *median_m / 20_f64.sqrt())
 }
 

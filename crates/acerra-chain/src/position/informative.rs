@@ -1,17 +1,17 @@
-//! Positions of a log that show motion and height, compared with the better ones of the same log.
+//! Selection of a log's positions that are accurate enough for motion and height.
 
 use acerra_geo::trajectory::Trajectory;
 
-/// Standard deviation of a position beyond which the position shows nothing, over that of the better ones of its log;
-/// and the least such deviation (m).
+/// Ratio of a position's standard deviation to the standard deviation of the log's better positions beyond
+/// which the position is not used.
 const WORSE: f64 = 10.0;
 const LEAST_M: f64 = 0.05;
-/// Share of the positions that are the better ones.
+/// Share of the positions that count as the better ones.
 const BETTER_SHARE: f64 = 0.25;
 
-/// The standard deviation (m) beyond which positions of a log show neither motion nor height: ten times that of its
-/// better quarter. Float positions of a craft on the ground wander and jump by as much as a slow flight moves. Infinite
-/// where no position states its deviation.
+/// The standard deviation (m) beyond which positions of a log show neither motion nor height: ten times the
+/// deviation of the log's better quarter. Float positions of a craft on the ground wander and jump by as much
+/// as a slow flight moves. Infinite where no position states its deviation.
 pub(crate) fn largest_informative_m(trajectory: &Trajectory) -> f64 {
     let fixes = trajectory.fixes().iter();
     let mut sigma_m: Vec<f64> = fixes

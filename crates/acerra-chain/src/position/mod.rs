@@ -1,4 +1,4 @@
-//! Stage `position`: where the positioned point was, as a trajectory in the image's frame.
+//! Stage `position`: the trajectory of the positioned point in the image's frame.
 
 pub mod aligned;
 pub mod attitude_file;
@@ -51,19 +51,19 @@ pub enum Positions {
 pub struct Positioned {
     /// The positions.
     pub positions: Positions,
-    /// A trajectory file gives positions in a local frame, with an origin on the Earth or without.
+    /// Whether a trajectory file gives positions in a local frame, with an origin on the Earth or without.
     pub has_local_axes: bool,
-    /// Which sources of autopilots' logs they are.
+    /// Sources of the positions in autopilots' logs.
     pub log_sources: LogSources,
-    /// Step of the last digit in which a file gives them, east, north and up (m).
+    /// Step of the last digit of the positions in a file, east, north and up (m).
     pub resolution_m: Option<[f64; 3]>,
-    /// Quality of the positions as their source states it.
+    /// Quality of the positions as stated by their source.
     pub seen: SourceSeen,
-    /// Whether a table gives them by the numbers of the traces, on whose clock they then are.
+    /// Whether a table gives the positions by trace number; the positions are then on the traces' clock.
     pub by_trace_number: bool,
 }
 
-/// Quality of positions as their source states it, for the findings.
+/// Quality of positions as stated by their source, for the findings.
 #[derive(Clone, Debug, Default)]
 pub struct SourceSeen {
     /// Name of the source in an autopilot's log, and the number of its positions of each status.
@@ -77,9 +77,9 @@ pub struct SourceSeen {
 /// Sources of positions in autopilots' logs, in words.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LogSources {
-    /// Of the log that gives the positions.
+    /// Source in the log that gives the positions.
     pub positions: Option<String>,
-    /// Of the log that gives the attitudes alone.
+    /// Source in a separate log of attitudes.
     pub attitudes: Option<String>,
 }
 
@@ -109,7 +109,7 @@ impl From<Vec<[f64; 3]>> for Positions {
 }
 
 impl Positions {
-    /// Brings positions on the Earth into another frame there.
+    /// Converts positions on the Earth to another local frame.
     fn move_to(&mut self, target: EnuFrame) -> Result<(), PositionError> {
         match self {
             Self::Trajectory(trajectory) => {
@@ -126,7 +126,7 @@ impl Positions {
         self.frame().enu().copied()
     }
 
-    /// Where the axes of the positions are.
+    /// Frame of the positions' axes.
     #[must_use]
     pub fn frame(&self) -> &Frame {
         match self {
@@ -148,7 +148,7 @@ impl Positions {
 /// Parameters of the stage `position`.
 #[derive(Clone, Debug, Default)]
 pub struct PositionOptions {
-    /// Where the positions come from.
+    /// Source of the positions.
     pub source: PositionSource,
     /// Origin of the local east-north-up frame. By default the file's own origin, or its first
     /// position.
@@ -157,29 +157,30 @@ pub struct PositionOptions {
     pub rigid_body: Option<String>,
     /// Source of the positions in the log of an autopilot or a robot.
     pub log_source: Option<String>,
-    /// Log of an autopilot or a robot whose attitudes the positions take.
+    /// Log of an autopilot or a robot that gives the attitudes.
     pub attitude_file: Option<PathBuf>,
     /// Source of the attitudes in the attitude file, or else in the log of the positions.
     pub attitude_source: Option<String>,
-    /// The gimbal that carries the antenna, whose attitude is read of the same log.
+    /// The gimbal that carries the antenna; the log of the attitudes contains the gimbal's attitude.
     pub gimbal: GimbalChoice,
     /// Vertical datum of the heights of a table, where its header states none.
     pub height_datum: Option<HeightDatum>,
-    /// Grid of the geoid, which raises heights above the sea in such a log or table to the ellipsoid.
+    /// Grid of the geoid, which converts heights above the sea in a log or table to heights above the
+    /// ellipsoid.
     pub geoid: Option<PathBuf>,
-    /// Radar phase centre from the positioned point: forward, left, up (m).
+    /// Vector from the positioned point to the radar's phase centre: forward, left, up (m).
     pub lever_arm_m: [f64; 3],
 }
 
-/// Where positions come from.
+/// Source of positions.
 #[derive(Clone, Debug, Default)]
 pub enum PositionSource {
-    /// The radar file brings one position for each trace.
+    /// The radar file, with one position for each trace.
     #[default]
     RadarFile,
     /// A trajectory file.
     Trajectory(PathBuf),
-    /// Raw GNSS logs, by carrier-phase differential positioning.
+    /// Raw GNSS logs, processed by carrier-phase differential positioning.
     Gnss(Box<GnssLogs>),
 }
 
@@ -190,11 +191,11 @@ pub struct GnssLogs {
     pub files: PositioningInput,
     /// RTKLIB configuration with the options of the positioning.
     pub config: Option<PathBuf>,
-    /// Position of the base's antenna. By default as its log states.
+    /// Position of the base's antenna; by default as stated in the base's log.
     pub base: Option<BasePlace>,
 }
 
-/// Where the base's antenna is.
+/// Position of the base's antenna.
 #[derive(Clone, Copy, Debug)]
 pub enum BasePlace {
     /// Earth-centred, Earth-fixed (m).
@@ -203,7 +204,7 @@ pub enum BasePlace {
     Geodetic(Geodetic),
 }
 
-/// Why there are no positions.
+/// Reason for which there are no positions.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PositionError {
@@ -212,7 +213,7 @@ pub enum PositionError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The trajectory file cannot be read.
@@ -223,15 +224,15 @@ pub enum PositionError {
         /// The place in it, what was expected and what was found.
         cause: Box<TrajectoryFileError>,
     },
-    /// Positions by the numbers of traces that the radar log has not.
+    /// Positions by trace numbers that the radar log does not contain.
     #[error("{}: {cause}", path.display())]
     TraceNumbers {
         /// The file of positions.
         path: PathBuf,
-        /// The number, and those of the traces.
+        /// The number found, and the numbers of the traces.
         cause: TraceNumberError,
     },
-    /// An offset between clocks where positions name traces.
+    /// A clock offset stated for positions by trace number.
     #[error(
         "[trajectory] time_offset_s: expected none, as the positions of {} are by the numbers of its traces",
         radar_file.display()
@@ -240,7 +241,7 @@ pub enum PositionError {
         /// The radar file.
         radar_file: PathBuf,
     },
-    /// The attitudes cannot be put on the positions.
+    /// The attitudes cannot be combined with the positions.
     #[error("{}: {cause}", path.display())]
     Attitudes {
         /// The log of the attitudes.
@@ -254,16 +255,16 @@ pub enum PositionError {
     /// The GNSS logs give no solution.
     #[error("[gnss]{}: {}", base_keys(.0), .0)]
     Positioning(PositioningError),
-    /// The solution makes no trajectory.
+    /// The solution is no valid trajectory.
     #[error("[gnss]: {0}")]
     Solution(TrajectoryError),
-    /// The trajectory cannot be brought to the origin stated.
+    /// The trajectory cannot be converted to the stated origin.
     #[error("[trajectory] origin_deg_m: {0}")]
     Origin(TrajectoryError),
     /// The lever arm cannot be applied.
     #[error("[trajectory] lever_arm_m: {0}")]
     LeverArm(LeverArmError),
-    /// A lever arm is stated together with positions of the phase centre itself.
+    /// A lever arm is stated although the positions are the phase centre's.
     #[error(
         "[trajectory] lever_arm_m: expected none, as position_m in {} gives the phase centre itself",
         radar_file.display()
@@ -281,7 +282,7 @@ pub enum PositionError {
         /// The radar file, which holds no positions.
         radar_file: PathBuf,
     },
-    /// Tracks in frames that cannot be brought together.
+    /// Tracks in frames that cannot be converted to each other.
     #[error(
         "[[track]] {track}: expected positions in the frame of the first track; one is on the \
          Earth, the other at no known place"
@@ -300,13 +301,13 @@ pub enum PositionError {
         /// The radar log.
         radar_file: PathBuf,
     },
-    /// A trajectory that cannot be brought to the frame of the first track.
+    /// A trajectory that cannot be converted to the frame of the first track.
     #[error("{0}")]
     Frame(TrajectoryError),
 }
 
-/// Finds the positions of a track whose radar log is `radar_file` and has traces at `trace_time_s`, with `inside` the
-/// positions that the log itself brings.
+/// Finds the positions of a track whose radar log is `radar_file` and has traces at `trace_time_s`; `inside`
+/// are the positions in the radar log.
 ///
 /// # Errors
 /// No source of positions, or one that cannot be read; the message names the file and the place.
@@ -348,11 +349,11 @@ pub fn position(
     }
 }
 
-/// Positions in memory, brought to the origin and the radar's phase centre as those of a file are: local
-/// frames count from the origin, where one is stated.
+/// Positions in memory, converted to the origin and to the radar's phase centre like the positions of a file:
+/// local frames count from the origin, where one is stated.
 ///
 /// # Errors
-/// A lever arm of positions that are the traces' own; a trajectory whose heading cannot be found.
+/// A lever arm of positions by trace; a trajectory whose heading cannot be found.
 pub fn placed(
     positions: Positions,
     options: &PositionOptions,
@@ -468,8 +469,8 @@ fn from_file(
     })
 }
 
-/// The positions with the attitudes of the log that the campaign names for them, the sources of that log in
-/// words, and the log's clock and place relative to the positions.
+/// The positions with the attitudes of the campaign's attitude file, the sources of this file in words, and
+/// the comparison of its clock and positions with the positions.
 fn with_attitudes(
     trajectory: Trajectory,
     options: &PositionOptions,
@@ -530,7 +531,7 @@ fn from_gnss(
     })
 }
 
-/// The keys that an error of the positioning asks for.
+/// The campaign keys that remove an error of the positioning.
 fn base_keys(error: &PositioningError) -> &'static str {
     match error.is_base_position_missing() {
         true => " base_deg_m",
@@ -538,8 +539,8 @@ fn base_keys(error: &PositioningError) -> &'static str {
     }
 }
 
-/// The files and the options of the positioning: the settings of the configuration file, and the base's
-/// place. These settings get the safeguards of `acerra ppk`.
+/// The files and the options of the positioning, from the settings of the configuration file (with the
+/// safeguards of `acerra ppk`) and the base's position.
 fn positioning_of(
     logs: &GnssLogs,
     warnings: &mut Warnings,
@@ -585,7 +586,7 @@ fn at_phase_centre(
     Ok(moved)
 }
 
-/// Brings the trajectories of all tracks into the frame of the first.
+/// Converts the trajectories of all tracks to the frame of the first.
 ///
 /// # Errors
 /// Frames on the Earth together with frames of unknown place.
@@ -595,7 +596,7 @@ pub fn in_one_frame<'a>(
     let mut first = None;
     for (k, p) in positions.into_iter().enumerate() {
         let frame = *p.frame();
-        // Places that came with the traces may be in the first track's frame, whatever it is.
+        // Positions recorded with the traces may be in any frame of the first track.
         if frame == Frame::Local && matches!(p, Positions::PerTrace(_)) {
             continue;
         }

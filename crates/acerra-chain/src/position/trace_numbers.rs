@@ -1,8 +1,8 @@
-//! Positions by the numbers of traces: their times are those of the traces.
+//! Positions by trace number, at the times of the traces.
 
 use acerra_geo::trajectory::{TimeOrigin, Trajectory, TrajectoryError};
 
-/// Why numbers of traces place no trace.
+/// Reason for which positions by trace number cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TraceNumberError {
@@ -21,8 +21,8 @@ pub enum TraceNumberError {
     Times(#[from] TrajectoryError),
 }
 
-/// The positions at the times of the traces that they number, on the radar's clock, and the number of the first trace: 0
-/// where a row has it, else 1.
+/// The positions at the times of the traces with these numbers, on the radar's clock, and the number of the
+/// first trace: 0 where a row has the number 0, otherwise 1.
 ///
 /// # Errors
 /// A number that no trace has.

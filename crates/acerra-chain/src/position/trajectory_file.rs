@@ -12,10 +12,10 @@ use acerra_geo::trajectory::Trajectory;
 
 use crate::choices::HeightDatum;
 
-/// How to read a file of positions.
+/// Options for reading a file of positions.
 #[derive(Clone, Debug, Default)]
 pub struct TrajectoryFileOptions {
-    /// Origin of the local frame; none: the file's own origin, or its first position.
+    /// Origin of the local frame; by default the file's origin, or its first position.
     pub origin: Option<Geodetic>,
     /// Rigid body of a motion-capture export that holds several.
     pub rigid_body: Option<String>,
@@ -25,11 +25,11 @@ pub struct TrajectoryFileOptions {
     pub attitude_source: Option<String>,
     /// Source of each position's attitude in addition to the vehicle's, of an autopilot's log.
     pub gimbal: GimbalChoice,
-    /// Of several sources the first is taken, and a remark names the others.
+    /// Whether the first of several sources is used, with a remark that names the others.
     pub takes_first_source: bool,
     /// Vertical datum of the heights of a table, where its header states none.
     pub height_datum: Option<HeightDatum>,
-    /// Grid of the geoid, which raises heights above the sea to the ellipsoid.
+    /// Grid of the geoid, which converts heights above the sea to heights above the ellipsoid.
     pub geoid: Option<PathBuf>,
     /// Whether a table may give numbers of traces in place of times.
     pub trace_numbers: bool,
@@ -40,20 +40,20 @@ pub struct TrajectoryFileOptions {
 pub struct TrajectoryFile {
     /// The positions.
     pub trajectory: Trajectory,
-    /// Remarks of its reader.
+    /// Remarks of the reader.
     pub report: TrajectoryReport,
 }
 
 /// Remarks of the reader of a file of positions.
 #[derive(Clone, Debug)]
 pub enum TrajectoryReport {
-    /// That of a text.
+    /// Remarks on a text file.
     Text(ReadReport),
     /// Remarks on the log of an autopilot or a robot.
     Log(LogReport),
 }
 
-/// Why a file of positions cannot be used.
+/// Reason for which a file of positions cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrajectoryFileError {
@@ -83,13 +83,13 @@ pub enum TrajectoryFileError {
          gimbal, found another kind"
     )]
     NoGimbal,
-    /// A file of no kind that is known.
+    /// A file of an unknown kind.
     #[error(
         "not a trajectory in a known format (RTKLIB .pos, CSV with a header, NMEA GGA, OptiTrack Motive \
          export, ArduPilot .bin, PX4 .ulg, MAVLink .tlog, MCAP of ROS 2); it begins with {found}"
     )]
     UnknownFormat {
-        /// How the file begins.
+        /// Beginning of the file.
         found: String,
     },
 }
@@ -177,7 +177,7 @@ impl TrajectoryFile {
         }
     }
 
-    /// Step of the last digit of the positions east, north and up (m), where a text shows it.
+    /// Step of the last digit of the positions east, north and up (m); `None` for logs.
     #[must_use]
     pub const fn resolution_m(&self) -> Option<[f64; 3]> {
         match &self.report {

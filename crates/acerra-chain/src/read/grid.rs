@@ -17,11 +17,11 @@ use crate::journal::warnings::Warnings;
 pub struct GridSource {
     /// Files; `*` and `?` in a file's name match any characters.
     pub patterns: Vec<PathBuf>,
-    /// Where their lines lie.
+    /// Position of the lines.
     pub layout: GridLayout,
 }
 
-/// Where the lines of a grid lie.
+/// Position of the lines of a grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GridLayout {
     /// The files place their traces.
@@ -119,7 +119,7 @@ pub fn read_grid(
             Some(joined) => joined.add(path, data)?,
         }
     }
-    say_once(remarks, files.len(), warnings);
+    warn_once(remarks, files.len(), warnings);
     let joined = joined.ok_or_else(|| ReadError::NoMatch {
         pattern: source.patterns.first().cloned().unwrap_or_default(),
     })?;
@@ -127,7 +127,7 @@ pub fn read_grid(
 }
 
 /// A remark that several files share appears once.
-fn say_once(mut remarks: Vec<String>, files: usize, warnings: &mut Warnings) {
+fn warn_once(mut remarks: Vec<String>, files: usize, warnings: &mut Warnings) {
     remarks.sort();
     for same in remarks.chunk_by(|a, b| a == b) {
         warnings.add(format!(

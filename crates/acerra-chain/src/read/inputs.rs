@@ -1,4 +1,4 @@
-//! Which bytes went in: size and SHA-256 of every input file.
+//! Identity of the input: size and SHA-256 of every input file.
 
 use std::fs::File;
 use std::io::{self, Read};

@@ -114,7 +114,7 @@ impl RadarData {
     }
 }
 
-/// Why a radar log cannot be used.
+/// Reason why a radar log cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -123,7 +123,7 @@ pub enum ReadError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The content is no radar log, or a damaged one.
@@ -184,7 +184,7 @@ pub enum ReadError {
     GridDiffers {
         /// The file.
         path: PathBuf,
-        /// What differs.
+        /// Difference.
         what: &'static str,
         /// What the first file has.
         expected: Box<str>,
@@ -204,7 +204,7 @@ pub enum ReadError {
     Scans {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         cause: RunError,
     },
     /// Phase history data that cannot be used.
@@ -225,7 +225,7 @@ pub enum ReadError {
         path.display()
     )]
     NoClock {
-        /// Where it would lie.
+        /// Path at which the clock is expected.
         path: PathBuf,
     },
     /// A channel is named for a file without channels.
@@ -388,7 +388,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     if more > 0 {
         warnings.add(format!("{}: {more} more such places", name_of(path)));
     }
-    say_left_out(made.other_scans, warnings);
+    warn_of_left_out(made.other_scans, warnings);
     let summary = summary(log, &made);
     Ok(RadarData {
         content: RadarContent::Radargram(without_outliers(made.radargram, warnings)),
@@ -403,7 +403,7 @@ fn from_log(path: &Path, log: &RadarLog, warnings: &mut Warnings) -> Result<Rada
     })
 }
 
-fn say_left_out(other_scans: usize, warnings: &mut Warnings) {
+fn warn_of_left_out(other_scans: usize, warnings: &mut Warnings) {
     warnings.count(
         other_scans,
         "scans of other filterings or windows are in the log and were left out",
@@ -416,7 +416,7 @@ fn recorded_clock(
     log: &RadarLog,
     made: &mut LogRadargram,
 ) -> Result<Option<LoggedClock>, ReadError> {
-    let Some(clock) = LoggedClock::beside(path)? else {
+    let Some(clock) = LoggedClock::next_to(path)? else {
         return Ok(None);
     };
     if let Some(first) = made.run.scans.first().and_then(|&i| log.scans.get(i)) {

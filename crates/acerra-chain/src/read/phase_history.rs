@@ -12,15 +12,15 @@ use crate::read::trace_positions::TracePositions;
 pub(crate) struct PhaseHistory {
     /// Spectra, ready for the adjoint.
     pub spectrum: Spectrum,
-    /// Where they were measured.
+    /// Positions at which the spectra were measured.
     pub positions: TracePositions,
     /// One line on the file.
     pub summary: String,
-    /// What was left aside.
+    /// Remarks on content of the file that is not used.
     pub remarks: Vec<String>,
 }
 
-/// Why phase history data cannot be used.
+/// Reason why phase history data cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhaseHistoryError {

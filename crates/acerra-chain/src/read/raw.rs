@@ -10,7 +10,7 @@ use num_complex::Complex32;
 
 use super::foreign::ForeignError;
 use super::trace_positions::TracePositions;
-use super::{Kind, RadarContent, RadarData, ReadError, kind_of, read_channel, say_left_out};
+use super::{Kind, RadarContent, RadarData, ReadError, kind_of, read_channel, warn_of_left_out};
 use crate::journal::warnings::Warnings;
 
 /// Reads the traces of a radar log, every one and unchanged: of the named channel, or of the first.
@@ -59,7 +59,7 @@ pub fn read_raw(
                     path: path.to_owned(),
                     cause,
                 })?;
-            say_left_out(made.other_scans, warnings);
+            warn_of_left_out(made.other_scans, warnings);
             Ok(channel_of(made.radargram))
         }
         _ => read_channel(path, channel, None, warnings).map(RadarData::into_channel),

@@ -13,7 +13,7 @@ pub struct TracePositions {
     /// Numbers of the traces at which a line begins, other than the first: between lines nothing was
     /// measured.
     pub line_starts: Vec<usize>,
-    /// Where these axes are.
+    /// Frame of the axes.
     pub frame: Frame,
     /// The instant at which the traces' times are zero.
     pub time_origin: TimeOrigin,
@@ -33,7 +33,7 @@ impl From<Vec<[f64; 3]>> for TracePositions {
 }
 
 impl TracePositions {
-    /// The same positions in another frame on the Earth; those at no known place stay as they are.
+    /// These positions in another frame on the Earth; positions at no known place stay as they are.
     #[must_use]
     pub fn in_frame(mut self, target: EnuFrame) -> Self {
         if let Frame::Enu(own) = self.frame

@@ -64,7 +64,7 @@ pub enum SceneHeights {
         /// Height of the ground, from which 2h/c counts (m).
         ground_z_m: f64,
     },
-    /// Those of the terrain.
+    /// Heights of a terrain raster.
     Terrain(TerrainSource),
 }
 
@@ -73,7 +73,7 @@ pub enum SceneHeights {
 pub struct TerrainSource {
     /// The raster.
     pub path: PathBuf,
-    /// Its coordinates where the file does not say: `"local"` or an EPSG code.
+    /// Coordinates where the file does not say: `"local"` or an EPSG code.
     pub crs: Option<String>,
     /// Added to its heights to have heights above the ellipsoid (m).
     pub geoid_height_m: f64,
@@ -81,7 +81,7 @@ pub struct TerrainSource {
     pub geoid: Option<PathBuf>,
 }
 
-/// Why there are no pixels, or no ground.
+/// Reason why there are no pixels, or no ground.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -100,9 +100,9 @@ pub enum SceneError {
         extent_m: [f64; 2],
         /// Side of a pixel (m).
         pixel_m: f64,
-        /// What the pixels need.
+        /// Memory that the pixels need.
         bytes: u128,
-        /// What an image may have.
+        /// Memory that an image may have.
         limit_bytes: u128,
     },
     /// A single pixel.
@@ -114,7 +114,7 @@ pub enum SceneError {
     OnePixel {
         /// First and last pixel centre along east (m).
         x_m: [f64; 2],
-        /// The same along north.
+        /// First and last pixel centre along north (m).
         y_m: [f64; 2],
         /// Side of a pixel (m).
         pixel_m: f64,
@@ -140,7 +140,7 @@ pub enum SceneError {
     Open {
         /// The raster.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The name of the terrain's coordinates is unknown.
@@ -148,7 +148,7 @@ pub enum SceneError {
     Coordinates {
         /// The raster.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         cause: TerrainError,
     },
     /// The terrain cannot be read.
@@ -187,7 +187,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Why the rectangle in pixels of `pixel_m` makes no grid.
+    /// Reason why the rectangle in pixels of `pixel_m` makes no grid.
     fn of_grid(error: ImagingError, x_m: [f64; 2], y_m: [f64; 2], pixel_m: f64) -> Self {
         match error {
             ImagingError::TooLarge {
@@ -206,7 +206,7 @@ impl SceneError {
 /// Height of the ground under a flight.
 #[derive(Clone, Debug)]
 pub struct Ground {
-    /// Where no terrain gives it (m).
+    /// Height where no terrain gives one (m).
     level_m: f64,
     /// The terrain under the image.
     near: Option<Arc<SurfaceGrid>>,
@@ -286,7 +286,7 @@ pub struct OpenChoices {
 const OPEN_SWATH_HEIGHTS: f64 = 1.0;
 
 impl Scene {
-    /// The same over level ground at another height.
+    /// This scene over level ground at the height `z_m`.
     #[must_use]
     pub fn on_ground(&self, z_m: f64) -> Self {
         let mut scene = self.clone();
@@ -295,7 +295,7 @@ impl Scene {
         scene
     }
 
-    /// The same pixels over the level ground at `z_m`.
+    /// These pixels over level ground at `z_m`.
     #[must_use]
     pub fn on_level(self, z_m: f64) -> Self {
         Self {
@@ -304,7 +304,7 @@ impl Scene {
         }
     }
 
-    /// The same pixels over uneven ground.
+    /// These pixels over uneven ground.
     #[must_use]
     pub fn over(self, surface: SurfaceGrid) -> Self {
         Self {

@@ -31,7 +31,7 @@ const FALSE_ALARM: f64 = 0.01;
 /// Parameters of the echo of a buried point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointEcho {
-    /// Its place by the permittivities in force (m).
+    /// Place by the permittivities in force (m).
     pub place_m: [f64; 3],
     /// Delay below the surface straight under the antenna, as one-way optical length Σ n t (m).
     pub delay_m: f64,
@@ -58,7 +58,7 @@ pub(crate) struct Bench<'a> {
 /// An echo that exceeds the clutter at its depth.
 pub(crate) struct Distinct {
     seen: Seen,
-    /// Where the sum of its traces is greatest (m).
+    /// Place at which the sum of the echo's traces is greatest (m).
     place_m: [f64; 3],
     /// Delay below the surface, as one-way optical length (m).
     delay_m: f64,
@@ -265,15 +265,15 @@ impl Bench<'_> {
         };
         let mut best = at([place_m[0], place_m[1]]);
         for axis in (0..2).filter(|axis| self.extent_m[*axis][1] > self.extent_m[*axis][0]) {
-            let beside = |off_m: f64| {
+            let at_offset = |off_m: f64| {
                 let mut place_m = [best.place_m[0], best.place_m[1]];
                 place_m[axis] += off_m;
                 at(place_m)
             };
-            let (before, after) = (beside(-step_m), beside(step_m));
+            let (before, after) = (at_offset(-step_m), at_offset(step_m));
             let bend = before.power - 2.0 * best.power + after.power;
             let toward = 0.5 * (before.power - after.power) / bend;
-            let refined = (bend < 0.0).then(|| beside(step_m * toward.clamp(-1.0, 1.0)));
+            let refined = (bend < 0.0).then(|| at_offset(step_m * toward.clamp(-1.0, 1.0)));
             for other in [before, after].into_iter().chain(refined) {
                 if other.power > best.power {
                     best = other;
@@ -362,7 +362,7 @@ impl Bench<'_> {
     }
 }
 
-/// Where the powers of a hyperbola's sum are greatest.
+/// Place at which the power of a hyperbola's sum is greatest.
 struct Strongest {
     factor: f64,
     /// By a parabola through the powers, where they fall slowly enough for one.
@@ -394,7 +394,7 @@ fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
     (bend < 0.0).then(|| at * (1.0 - 0.5 * slope / bend))
 }
 
-/// Where an echo has its greatest power.
+/// Place at which an echo has its greatest power.
 #[derive(Clone, Copy)]
 struct Best {
     place_m: [f64; 3],

@@ -15,9 +15,9 @@ const PLACE_WEIGHT: f64 = 0.01;
 
 /// A trace that is aligned to an echo.
 pub(super) struct Phase {
-    /// How its path changes by a delay, the place east and north, and the curvature.
+    /// Derivatives of the trace's path by delay, place east and north, and curvature.
     pub by: Vector4<f64>,
-    /// Its value at the delay at which their sum is strongest.
+    /// Value at the delay at which their sum is strongest.
     pub value: Complex64,
 }
 

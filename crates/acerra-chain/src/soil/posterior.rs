@@ -21,7 +21,7 @@ const RATIO: f64 = 1.01;
 pub struct CommonSigma {
     /// Standard deviation of the antennas' heights above the surface (m).
     pub height_m: f64,
-    /// That of the delay of the surface's echo, as one-way optical length (m).
+    /// Standard deviation of the delay of the surface's echo, as one-way optical length (m).
     pub delay_m: f64,
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Object {
     pub datatype: Vec<u8>,
     pub place: Place,
     pub attributes: Vec<(String, Property)>,
-    /// Its dimensions, as numbers in the order of the dataset.
+    /// Dimensions, as numbers in the order of the dataset.
     pub dimensions: Vec<usize>,
     /// The number of the dimension whose scale it is.
     pub scale_of: Option<usize>,

@@ -56,7 +56,7 @@ impl<'a, W: Write + Seek> Hdf5Stack<'a, W> {
     /// Writes the next image, row by row.
     ///
     /// # Errors
-    /// Another number of values than an image has, an image too many, a file that cannot be written.
+    /// The number of values differs from that of an image, there is an image too many, or the file cannot be written.
     pub fn slice(&mut self, image: &[Complex32]) -> Result<(), CubeError> {
         self.shape.check_image(&self.name, self.written, image)?;
         let shape = [self.shape.rows, self.shape.columns];

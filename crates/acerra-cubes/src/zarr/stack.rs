@@ -32,7 +32,7 @@ impl StackWriter {
     /// Writes the next image, row by row.
     ///
     /// # Errors
-    /// Another number of values than a slice has, a slice too many, a file that cannot be written.
+    /// The number of values differs from that of a slice, there is a slice too many, or the file cannot be written.
     pub fn slice(&mut self, image: &[Complex32]) -> Result<(), CubeError> {
         self.shape.check_image(&self.name, self.written, image)?;
         let shape = [self.shape.rows, self.shape.columns];

@@ -84,7 +84,7 @@ impl TiledArray {
     /// NaN in its chunk.
     ///
     /// # Errors
-    /// Another number of values than the tile has, a file that cannot be written.
+    /// The number of values differs from that of the tile, or the file cannot be written.
     pub fn write(&self, k: usize, values: &[Complex32]) -> Result<(), CubeError> {
         let path = self.path(k);
         let expected = self.range(k).len() * self.row();

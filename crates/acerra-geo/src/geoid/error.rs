@@ -1,4 +1,4 @@
-//! Why a geoid grid cannot be read.
+//! Reasons why a geoid grid cannot be read.
 
 use std::io;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::binary::DAC_BYTES;
 use crate::terrain::TerrainError;
 
-/// Why a geoid grid cannot be read.
+/// Reason why a geoid grid cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeoidError {
@@ -15,7 +15,7 @@ pub enum GeoidError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Defect found.
         source: Box<GeoidError>,
     },
     /// The file cannot be read.
@@ -35,9 +35,9 @@ pub enum GeoidError {
     Format {
         /// The format.
         format: &'static str,
-        /// What should be there.
+        /// Text expected.
         expected: String,
-        /// What is there.
+        /// Text found.
         found: String,
     },
     /// The raster in a GeoTIFF cannot be read.

@@ -28,7 +28,7 @@ use spline::Spline;
 /// Largest number of sample intervals that a curve spans between two fixes: one lost epoch, not two.
 const INTERVALS_BRIDGED: f64 = 2.5;
 
-/// How positions between fixes are found.
+/// Method by which positions between fixes are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
     /// Cubic spline over each stretch.
@@ -76,7 +76,7 @@ impl std::str::FromStr for Method {
     }
 }
 
-/// How to interpolate.
+/// Options of the interpolation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct InterpolationOptions {
@@ -161,14 +161,14 @@ pub struct Interpolated {
     pub gimbal: Option<Attitude>,
     /// The worse status of the fixes on both sides.
     pub status: SolutionStatus,
-    /// What it rests on.
+    /// Relation of the output to the fixes about it.
     pub flag: Flag,
 }
 
 /// Neighbouring outputs with the same flag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Their flag.
+    /// Flag.
     pub flag: Flag,
     /// Index of the first.
     pub first: usize,

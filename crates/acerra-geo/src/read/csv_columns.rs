@@ -1,9 +1,9 @@
-//! Which column of a table means what.
+//! Meaning of the columns of a table.
 
 use super::csv_heights::{self, Above};
 use super::{HeightDatum, ReadError};
 
-/// What a column can mean.
+/// Meaning of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Role {
     Time,
@@ -63,7 +63,7 @@ pub(super) struct Columns {
     pub width: usize,
 }
 
-/// What is between columns.
+/// Separator of the columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
     Char(char),
@@ -292,7 +292,7 @@ impl Columns {
             || (self.has(Role::Latitude) && self.has(Role::Longitude) && self.height.is_some())
     }
 
-    /// Whether numbers of traces stand for times.
+    /// Whether trace numbers replace times.
     pub fn has_trace_numbers(&self) -> bool {
         self.has(Role::Trace) && !self.has_time()
     }

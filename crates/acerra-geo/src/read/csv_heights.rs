@@ -2,7 +2,7 @@
 
 use super::ReadError;
 
-/// What heights are above.
+/// Reference of the heights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum HeightDatum {

@@ -1,9 +1,9 @@
-//! Why a trajectory file cannot be read.
+//! Reasons why a trajectory file cannot be read.
 
 use super::TrajectoryFormat;
 use crate::trajectory::TrajectoryError;
 
-/// Why a trajectory file cannot be read. Lines count from 1.
+/// Reason why a trajectory file cannot be read. Lines count from 1.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -19,17 +19,17 @@ pub enum ReadError {
          OptiTrack Motive export); it begins with {found}"
     )]
     UnknownFormat {
-        /// How the file begins.
+        /// Beginning of the file.
         found: String,
     },
     /// A line violates its format.
     #[error("line {line}: expected {expected}, found {found}")]
     Malformed {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
-        /// What was expected.
+        /// Value expected.
         expected: String,
-        /// What is there.
+        /// Text found.
         found: String,
     },
     /// The last line is incomplete.
@@ -38,41 +38,41 @@ pub enum ReadError {
          (remove that line to use the lines before it)"
     )]
     CutOff {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
-        /// What was expected.
+        /// Value expected.
         expected: String,
-        /// What is there.
+        /// Text found.
         found: String,
     },
     /// A number is NaN or infinite.
     #[error("line {line}: {field} is {value}, expected a finite number")]
     NotFinite {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
-        /// Which quantity.
+        /// Quantity.
         field: String,
-        /// What it is.
+        /// Value found.
         value: f64,
     },
     /// A number lies where none can.
     #[error("line {line}: {field} is {value}, expected {expected}")]
     OutOfRange {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
-        /// Which quantity.
+        /// Quantity.
         field: String,
-        /// What it is.
+        /// Value found.
         value: f64,
-        /// What it may be.
+        /// Valid values.
         expected: &'static str,
     },
     /// The header lacks a column, or names one twice.
     #[error("line {line}: {problem}")]
     Header {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
-        /// What is wrong with it.
+        /// Defect found.
         problem: String,
     },
     /// A column of heights without a datum.
@@ -96,7 +96,7 @@ pub enum ReadError {
         line: u64,
         /// The column's name.
         column: String,
-        /// Its median step.
+        /// Median step.
         step: f64,
     },
     /// A file of the right kind without a position.
@@ -122,7 +122,7 @@ pub enum ReadError {
     /// More than one body, and none chosen.
     #[error("several rigid bodies, choose one by name: {}", names.join(", "))]
     SeveralBodies {
-        /// Their names.
+        /// Names.
         names: Vec<String>,
     },
     /// The requested body is absent.
@@ -131,15 +131,15 @@ pub enum ReadError {
         if names.is_empty() { "is none".to_owned() } else { format!("are: {}", names.join(", ")) }
     )]
     NoSuchBody {
-        /// What was asked for.
+        /// Request.
         wanted: String,
-        /// What there is.
+        /// Content found.
         names: Vec<String>,
     },
     /// Larger than the limit set.
     #[error("line {line}: more than {limit} {what}, the limit set for reading")]
     Limit {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
         /// Kind of the excess.
         what: &'static str,

@@ -19,9 +19,9 @@ pub(super) struct Lines<R> {
 
 /// One line without its end.
 pub(super) struct Line<'a> {
-    /// Its number, from 1.
+    /// Number, from 1.
     pub number: u64,
-    /// Its text; bytes that are not UTF-8 are replaced.
+    /// Text; bytes that are not UTF-8 are replaced.
     pub text: Cow<'a, str>,
     /// Whether it had an end of line: without one it is the last, and may be cut off.
     pub ended: bool,

@@ -19,6 +19,8 @@ mod assemble;
 mod csv;
 mod csv_columns;
 mod csv_heights;
+mod csv_row;
+mod csv_seen;
 mod csv_time;
 mod digits;
 mod error;

@@ -16,7 +16,7 @@ const KINDS: [&str; 6] = [
     "Skeleton",
 ];
 
-/// What a column can hold.
+/// Content of a column.
 const PROPERTIES: [&str; 4] = [
     "Rotation",
     "Position",

@@ -124,7 +124,7 @@ pub(super) fn read<R: BufRead>(
     let mut log = Log::default();
     while let Some(line) = lines.next()? {
         let mut parts = line.text.split('$');
-        parts.next(); // Whatever stands before the first sentence: binary messages, a cut start.
+        parts.next(); // Content before the first sentence: binary messages, a cut start.
         for part in parts {
             log.take(&line, part, &mut all)?;
         }

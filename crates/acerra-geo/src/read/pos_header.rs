@@ -6,7 +6,7 @@ use super::{ReadError, ReadReport, ReadWarning};
 use crate::geodesy::{Geodetic, ecef_from_geodetic};
 use crate::matrix::{Vector3, norm};
 
-/// How positions are written.
+/// Format of the positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layout {
     Degrees,

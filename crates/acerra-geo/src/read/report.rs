@@ -2,7 +2,7 @@
 
 use super::TrajectoryFormat;
 
-/// Why a record was skipped.
+/// Reason why a record was skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum SkipReason {
@@ -36,9 +36,9 @@ impl std::fmt::Display for SkipReason {
 /// Records skipped for one reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Skipped {
-    /// Why.
+    /// Cause.
     pub reason: SkipReason,
-    /// How many.
+    /// Number.
     pub count: u64,
     /// Line of the first.
     pub first_line: u64,
@@ -67,14 +67,14 @@ pub enum ReadWarning {
     NoDate,
     /// Sentences without a checksum were accepted.
     NoChecksum {
-        /// How many.
+        /// Number.
         count: u64,
     },
     /// Fewer rows than the header promises.
     RowsMissing {
-        /// What the header says.
+        /// Statement of the header.
         promised: u64,
-        /// What is there.
+        /// Content found.
         found: u64,
     },
     /// Rotations are not quaternions and were not read.
@@ -84,14 +84,14 @@ pub enum ReadWarning {
     },
     /// Standard deviations that are not numbers: the covariance is unknown.
     BadDeviations {
-        /// How many records.
+        /// Number of records.
         count: u64,
         /// Line of the first.
         first_line: u64,
     },
     /// The last digit of the positions is coarser than carrier-phase accuracy.
     Coarse {
-        /// Its step east, north and up (m).
+        /// Step east, north and up (m).
         step_m: [f64; 3],
     },
     /// Motion-capture coordinates relative to another body.
@@ -168,7 +168,7 @@ pub struct ReadReport {
     pub lines: u64,
     /// Records with or without a usable position.
     pub records: u64,
-    /// What was skipped.
+    /// Records skipped.
     pub skipped: Vec<Skipped>,
     /// The file ran backwards in time (a backward pass) and was turned round.
     pub reversed: bool,

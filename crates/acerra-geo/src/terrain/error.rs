@@ -1,6 +1,6 @@
-//! Why terrain cannot be read, or has no height somewhere.
+//! Reasons why terrain cannot be read, or has no height somewhere.
 
-/// Why a terrain file was refused, or a height was not found.
+/// Reason why a terrain file was refused, or a height was not found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TerrainError {
@@ -13,17 +13,17 @@ pub enum TerrainError {
     /// The TIFF structure is damaged, or uses an unsupported feature.
     #[error("{at}: {source}")]
     Tiff {
-        /// Which part of the file.
+        /// Part of the file.
         at: String,
-        /// What is wrong with it.
+        /// Defect found.
         source: tiff::TiffError,
     },
     /// A tag or GeoKey is invalid.
     #[error("{at}: expected {expected}, found {found}")]
     Tag {
-        /// Which tag or key.
+        /// Name of the tag or key.
         at: &'static str,
-        /// What was expected.
+        /// Value expected.
         expected: &'static str,
         /// What it says.
         found: String,
@@ -31,11 +31,11 @@ pub enum TerrainError {
     /// A line violates its format. Lines count from 1.
     #[error("line {line}: expected {expected}, found {found}")]
     Line {
-        /// Where.
+        /// Line number, from 1.
         line: u64,
-        /// What was expected.
+        /// Value expected.
         expected: &'static str,
-        /// What is there.
+        /// Text found.
         found: String,
     },
     /// Points that are no grid.
@@ -43,9 +43,9 @@ pub enum TerrainError {
     NoGrid {
         /// The point's line, from 1.
         line: u64,
-        /// Its first coordinate.
+        /// First coordinate.
         x: f64,
-        /// Its second.
+        /// Second.
         y: f64,
         /// Smallest distance of two columns.
         step_x: f64,
@@ -65,7 +65,7 @@ pub enum TerrainError {
     /// The coordinate reference system is missing, or not supported.
     #[error("coordinates: expected {expected}, found {found}")]
     Crs {
-        /// What can be used.
+        /// Values that can be used.
         expected: &'static str,
         /// The statement of the file or the caller.
         found: String,
@@ -75,7 +75,7 @@ pub enum TerrainError {
     Beside {
         /// That file.
         path: std::path::PathBuf,
-        /// What is wrong with it.
+        /// Defect found.
         cause: Box<TerrainError>,
     },
     /// A system of the EPSG registry that is unknown or cannot be used.
@@ -86,7 +86,7 @@ pub enum TerrainError {
     Frame {
         /// The terrain's coordinates.
         terrain: String,
-        /// Where the frame is.
+        /// Place of the frame.
         frame: &'static str,
         /// What to do.
         remedy: &'static str,

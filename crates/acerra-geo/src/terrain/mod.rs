@@ -26,7 +26,7 @@ pub use local::LocalTerrain;
 use raster::{Header, Window};
 pub use summary::HeightSummary;
 
-/// How terrain is read.
+/// Options of reading terrain.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct TerrainOptions {
@@ -106,17 +106,17 @@ impl TerrainFile<File> {
     pub fn open_path(path: &Path, options: &TerrainOptions) -> Result<Self, TerrainError> {
         let mut terrain = Self::open(File::open(path)?, options)?;
         if terrain.header.crs.is_none() && matches!(terrain.content, Content::Whole(_)) {
-            for beside in ["prj", "PRJ"].map(|e| path.with_extension(e)) {
-                if beside == path || !beside.is_file() {
+            for companion in ["prj", "PRJ"].map(|e| path.with_extension(e)) {
+                if companion == path || !companion.is_file() {
                     continue;
                 }
                 let mut text = Vec::new();
-                File::open(&beside)?
+                File::open(&companion)?
                     .take(prj::MAX_BYTES)
                     .read_to_end(&mut text)?;
                 let crs = Crs::from_wkt(&String::from_utf8_lossy(&text));
                 terrain.header.crs = Some(crs.map_err(|cause| TerrainError::Beside {
-                    path: beside.clone(),
+                    path: companion.clone(),
                     cause: Box::new(cause),
                 })?);
                 break;

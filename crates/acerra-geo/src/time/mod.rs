@@ -12,18 +12,18 @@ pub use calendar::{Calendar, full_year};
 pub use gps::{BDT_BEHIND_GPST_S, BDT_WEEK_OFFSET, GpsTime, SECONDS_PER_WEEK};
 pub use leap::{LEAP_SECONDS, LeapSecond, gpst_minus_utc_at_gpst_s, gpst_minus_utc_at_utc_s};
 
-/// Why a time cannot be.
+/// Reason why a time cannot be.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TimeError {
     /// A field of a date or clock lies outside its range.
     #[error("{field} is {value}, expected {expected}")]
     Field {
-        /// Which field.
+        /// Field.
         field: &'static str,
-        /// What it was.
+        /// Value found.
         value: f64,
-        /// What it may be.
+        /// Valid values.
         expected: &'static str,
     },
 }

@@ -60,7 +60,7 @@ impl Frame {
     }
 }
 
-/// Why fixes do not make a trajectory.
+/// Reason why fixes do not make a trajectory.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrajectoryError {
@@ -70,15 +70,15 @@ pub enum TrajectoryError {
     /// A time or coordinate is NaN or infinite.
     #[error("fix {index}: time or position is not a finite number")]
     NotFinite {
-        /// Which fix, from 0.
+        /// Number of the fix, from 0.
         index: usize,
     },
     /// Time does not advance.
     #[error("fix {index}: time {time_s} s does not come after the one before it, {previous_s} s")]
     TimeNotIncreasing {
-        /// Which fix, from 0.
+        /// Number of the fix, from 0.
         index: usize,
-        /// Its time (s).
+        /// Time (s).
         time_s: f64,
         /// The time before it (s).
         previous_s: f64,

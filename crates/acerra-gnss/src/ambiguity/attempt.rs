@@ -1,4 +1,4 @@
-//! Ambiguity resolution: which pairs, the ratio test, and the hold.
+//! Ambiguity resolution: selection of pairs, ratio test, and hold.
 
 use super::lambda::LambdaError;
 use super::lambda::integer_least_squares;
@@ -15,14 +15,14 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 /// Difference of costs (−2 ln of the likelihood ratio) from which one set of integers rules out
 /// another: odds of 400 to 1.
 pub(crate) const RULED_OUT_DIFFERENCE: f64 = 12.0;
-/// Least ratio of costs, in addition.
+/// Least ratio of costs, required in addition.
 const RULED_OUT_RATIO: f64 = 2.0;
 
-/// Pairs that must remain where every satellite in turn is left out as faulty: with fewer, one of so many
-/// searches passes the ratio test by chance.
+/// Least number of remaining pairs where every satellite in turn is left out as faulty: with fewer pairs, one
+/// of the many searches passes the ratio test by chance.
 const LEAST_TO_TRY_ALL: usize = 7;
 
-/// Ratios are reported up to here.
+/// Largest reported ratio.
 pub(crate) const LARGEST_RATIO: f64 = 999.9;
 
 /// A pair of satellites whose bias difference is an integer.
@@ -53,11 +53,11 @@ pub(crate) struct Resolution<'a> {
     pub with_glonass: bool,
     /// True variances over the model's, for the success rate.
     pub variance_factor: f64,
-    /// Groups of signals whose phases may contradict the others'.
+    /// Groups of signals whose phases may contradict the other groups.
     pub suspects: SuspectGroups,
 }
 
-/// Integers found, and the position they give.
+/// Integers found, and the resulting position.
 #[derive(Debug, Clone)]
 pub(crate) struct Attempt {
     pub pairs: Vec<Pair>,
@@ -78,7 +78,7 @@ pub(crate) struct Attempt {
 }
 
 impl Resolution<'_> {
-    /// The pairs that may be resolved now.
+    /// The pairs whose ambiguities may be resolved at this epoch.
     pub(crate) fn pairs(&self, state: &FilterState) -> Vec<Pair> {
         let options = self.options;
         let policy = options.policy();
@@ -166,7 +166,7 @@ impl Resolution<'_> {
                 _ => {}
             }
         }
-        // One satellite that is off, the strongest included, is found by trying all.
+        // A single faulty satellite, even the strongest, is found by leaving out each in turn.
         let mut best: Option<Attempt> = None;
         for (satellite, slot) in members(&full.pairs) {
             let rest = without(&full.pairs, satellite, slot);
@@ -183,13 +183,13 @@ impl Resolution<'_> {
         Ok(best.unwrap_or(full))
     }
 
-    /// The ratio needed with this many pairs.
+    /// The ratio required for a number of pairs.
     fn threshold(&self, pairs: usize) -> f64 {
         let [least, most] = self.options.ratio_threshold_range;
         if least >= most {
             return self.options.ratio_threshold;
         }
-        // Fewer pairs leave fewer wrong candidates apart by chance and so need a higher ratio.
+        // With fewer pairs wrong candidates pass more often by chance, so that a higher ratio is required.
         let base = self.options.ratio_threshold;
         (1.0 + (base - 1.0) * (8.0 / pairs.max(1) as f64)).clamp(least, most)
     }
@@ -356,7 +356,7 @@ fn cost(float: &[f64], covariance: DMatrix<f64>, integers: &[f64]) -> Option<f64
     Some(departure.dot(&cholesky.solve(&departure)))
 }
 
-/// The satellites and slots that `pairs` are made of, each once.
+/// The satellites and slots of `pairs`, each once.
 pub(crate) fn members(pairs: &[Pair]) -> Vec<(usize, usize)> {
     let mut members: Vec<(usize, usize)> = pairs
         .iter()
@@ -367,7 +367,8 @@ pub(crate) fn members(pairs: &[Pair]) -> Vec<(usize, usize)> {
     members
 }
 
-/// `pairs` without a satellite; a reference hands its place to the first of its partners.
+/// `pairs` without a satellite; where the satellite is a reference, the first of its partners becomes the
+/// reference.
 pub(crate) fn without(pairs: &[Pair], satellite: usize, slot: usize) -> Vec<Pair> {
     let mut remaining: Vec<Pair> = pairs
         .iter()

@@ -1,9 +1,9 @@
-//! Whether the phases of an epoch support one set of integers against all others.
+//! Test whether the phases of an epoch support one set of integers against all others.
 //!
 //! The filter models errors of phases as white noise and ambiguities as constants. Multipath lasts for
 //! minutes: ten epochs in a row hold nearly the same error, and integers that fit a reflection by chance
 //! would soon look far likelier than they are. Here the whole error of a phase counts as correlated: the
-//! ambiguities' covariance is never better than that of the mean of the correlated phases.
+//! ambiguities' covariance is never smaller than the covariance of the mean of the correlated phases.
 //!
 //! Where all satellites fail the ratio test, a search without one satellite may pass it: because that
 //! satellite was faulty, or because one of many searches passes by chance. Leaving a satellite out removes
@@ -29,7 +29,7 @@ pub(crate) struct Evidence<'a> {
     pub state: &'a FilterState,
     /// Variance (cycle²) of the phase of a satellite, by its index, and slot.
     pub phase_variance_cycles2: &'a dyn Fn(usize, usize) -> f64,
-    /// The pairs of the epoch, before any is left out.
+    /// The pairs of the epoch, before any pair is left out.
     pub all: &'a [Pair],
     /// Least probability of the integers.
     pub least_probability: f64,
@@ -37,7 +37,7 @@ pub(crate) struct Evidence<'a> {
 
 impl Evidence<'_> {
     /// Whether the integers of `attempt` are as likely as required against the second-best set, and against
-    /// the set that fits best the satellites that `attempt` leaves out.
+    /// the set that best fits the satellites left out by `attempt`.
     pub(crate) fn supports(&self, attempt: &Attempt) -> bool {
         let (float, covariance) = self.differences(&attempt.pairs);
         let Ok(found) = integer_least_squares(&float, covariance.as_slice(), 2) else {

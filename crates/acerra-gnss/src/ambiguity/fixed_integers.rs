@@ -1,4 +1,4 @@
-//! The integers of an ambiguity fix, and whether two fixes agree on them.
+//! The integers of an ambiguity fix, and their comparison between two fixes.
 
 use super::attempt::{Attempt, Pair};
 use crate::float::state::FilterState;
@@ -6,23 +6,24 @@ use crate::measurements::signal_group::GROUPS;
 use crate::observations::satellite::System;
 
 /// Fewest equal ambiguities by which one fix confirms another: a position is determined by three, so that any
-/// three integers agree with some place; the fourth is the first redundant one.
+/// three integers agree with some position; the fourth is the first redundant integer.
 const LEAST_SHARED: usize = 4;
-/// The fewest where both fixes rest on one set of held integers: the float state, which is independent of
-/// them, has tested the set at every epoch, so that only the identity of the set needs a test.
+/// Fewest equal ambiguities where both fixes use one set of held integers: the float state, which is
+/// independent of the held integers, has tested the set at every epoch, so that only the identity of the set
+/// needs a test.
 const LEAST_SHARED_OF_HELD: usize = 3;
-/// The fewest between passes, which have no held integers in common.
+/// Fewest equal ambiguities between passes, which have no held integers in common.
 const LEAST_SHARED_BETWEEN_PASSES: usize = 4;
 
-/// Differences of satellites that a position takes.
+/// Number of differences of satellites that determine a position.
 const POSITION_DIRECTIONS: usize = 3;
 
-/// Number of differences of integers that two fixes share, of phases without a slip in between.
+/// Comparison of the integer differences that two fixes share, for phases without a slip in between.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Continuity {
-    /// Those that are the same.
+    /// Number of equal differences.
     pub kept: usize,
-    /// Satellites whose integers changed against the others'.
+    /// Number of satellites whose integers changed relative to the others.
     pub changed: usize,
 }
 
@@ -40,14 +41,14 @@ pub(crate) struct FloatSolution {
 pub(crate) struct FixedIntegers {
     pairs: Vec<Pair>,
     integers: Vec<f64>,
-    /// Numbers of the biases of each pair's reference and other satellite.
+    /// Bias numbers (arcs) of each pair's reference and other satellite.
     arcs: Vec<[u32; 2]>,
-    /// Slips of their phases that the pass noticed up to here.
+    /// Number of slips of these phases that the pass has found so far.
     slips: Vec<[u32; 2]>,
-    /// Differences of satellites that the fix rests on, GLONASS included, each counted once whatever
-    /// the number of its frequencies.
+    /// Number of differences of satellites used by the fix, GLONASS included, each counted once for all
+    /// frequencies.
     pub directions: usize,
-    /// Probability that they are right, from the float ambiguities' covariance.
+    /// Probability that the integers are right, from the float ambiguities' covariance.
     pub success_rate: f64,
     pub certain: bool,
     /// Number of the set of held integers in force.
@@ -60,7 +61,7 @@ pub(crate) struct FixedIntegers {
 impl FixedIntegers {
     /// The integers of `attempt`; `float` is the epoch's solution before they are imposed.
     ///
-    /// GLONASS is left aside: its differences between carriers drift with the receivers' clocks.
+    /// GLONASS is omitted: differences between its carriers drift with the receivers' clocks.
     pub(crate) fn new(
         attempt: &Attempt,
         state: &FilterState,
@@ -98,7 +99,7 @@ impl FixedIntegers {
     }
 
     /// Whether phases of more satellites than determine a position check the fix. A second frequency of the
-    /// same satellites does not: any integers of four satellites agree with some place.
+    /// same satellites does not: any integers of four satellites agree with some position.
     pub(crate) fn is_checked(&self) -> bool {
         self.directions > POSITION_DIRECTIONS
     }
@@ -111,7 +112,7 @@ impl FixedIntegers {
         self.directions > POSITION_DIRECTIONS + 1
     }
 
-    /// Integer of a satellite relative to its group's reference, and the number of its bias.
+    /// Integer of a satellite relative to the group's reference, and the number of the satellite's bias.
     fn of(&self, satellite: usize, slot: usize, group: usize) -> Option<(f64, u32)> {
         let own = self
             .pairs
@@ -126,8 +127,8 @@ impl FixedIntegers {
             .or_else(|| reference().map(|k| (0.0, self.arcs[k][0])))
     }
 
-    /// Whether both fixes of one pass have the same integers for the satellites that they share and that did
-    /// not slip in between.
+    /// Whether both fixes of one pass have equal integers for their common satellites without a slip in
+    /// between.
     pub(crate) fn same_as(&self, other: &Self) -> bool {
         let least = match (self.held, other.held) {
             (Some(a), Some(b)) if a == b => LEAST_SHARED_OF_HELD,
@@ -136,12 +137,12 @@ impl FixedIntegers {
         self.shared_with(other, true).is_some_and(|n| n >= least)
     }
 
-    /// Whether every integer of this fix is the other's too.
+    /// Whether the other fix has every integer of this fix.
     pub(crate) fn is_part_of(&self, other: &Self) -> bool {
         self.shared_with(other, true) == Some(self.pairs.len())
     }
 
-    /// As [`same_as`](Self::same_as), of fixes of different passes: a slip in between makes them
+    /// As [`same_as`](Self::same_as), for fixes of different passes: a slip in between makes the fixes
     /// differ.
     pub(crate) fn same_as_in_another_pass(&self, other: &Self) -> bool {
         let shared = self.shared_with(other, false);

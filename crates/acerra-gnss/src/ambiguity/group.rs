@@ -1,9 +1,9 @@
 //! Groups of signals whose phases contradict the rest: one frequency of one system.
 //!
 //! Receivers can disagree on a whole signal: by a quarter of a cycle between tracking modes, or where two
-//! signals on one carrier count as one. The biases of the signal are then constant, but not integers; with
-//! the others they make every set of integers unlikely. Such a group is found by the gain of likelihood of
-//! the other signals without the group.
+//! signals on one carrier count as one. The biases of the signal are then constant, but not integers;
+//! together with the other signals they make every set of integers unlikely. Such a group is identified by
+//! the gain in likelihood of the other signals when the group is left out.
 
 use super::attempt::{Attempt, Pair, Resolution};
 use crate::float::state::FilterState;
@@ -13,16 +13,17 @@ use crate::observations::satellite::System;
 /// Cost (−2 ln of the likelihood) per ambiguity from which integers contradict the float ones:
 /// right integers have one on average, twice that by chance once in 10⁴ for 12 of them.
 const CONTRADICTING_COST: f64 = 2.0;
-/// Share of the cost per ambiguity that may remain: else it is not those groups that contradict.
+/// Largest share of the cost per ambiguity that may remain: above it, other groups are the cause of the
+/// contradiction.
 const LARGEST_REST: f64 = 0.1;
-/// Groups that may be left out at a time.
+/// Largest number of groups left out at a time.
 const LARGEST_LEFT_OUT: usize = 2;
-/// Pairs that must remain.
+/// Least number of remaining pairs.
 const LEAST_PAIRS: usize = 7;
 
 impl Resolution<'_> {
-    /// A fix without one or two groups, where those with them contradict: in each step the group
-    /// is left out without which the rest is likeliest.
+    /// A fix without one or two groups, where integers with all groups contradict the float ambiguities: each
+    /// step leaves out the group without which the rest is likeliest.
     pub(crate) fn attempt_without_groups(
         &self,
         state: &FilterState,

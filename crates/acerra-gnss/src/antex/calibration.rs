@@ -42,7 +42,7 @@ impl FrequencyCalibration {
         if self.azimuth_variation_m.is_empty() || self.azimuth_step_rad <= 0.0 {
             return self.along_zenith_m(&self.variation_m, zenith_rad);
         }
-        // The last row is that of 360°, which repeats the first.
+        // The last row is for 360° and repeats the first.
         let rows = self.azimuth_variation_m.len();
         let place = azimuth_rad.rem_euclid(std::f64::consts::TAU) / self.azimuth_step_rad;
         let row = (place.floor() as usize).min(rows - 1);
@@ -52,7 +52,7 @@ impl FrequencyCalibration {
         at(row) + (at(next) - at(row)) * part.clamp(0.0, 1.0)
     }
 
-    /// On the line between the two nearest zenith angles; the outermost value beyond the table.
+    /// Linear interpolation between the two nearest zenith angles; the outermost value beyond the table.
     fn along_zenith_m(&self, values: &[f64], zenith_rad: f64) -> f64 {
         let [first, _, step] = self.zenith_rad;
         let Some(last) = values.len().checked_sub(1) else {
@@ -70,7 +70,7 @@ impl FrequencyCalibration {
 pub struct AntennaCalibration {
     /// Antenna type and radome, as in RINEX headers (`TRM57971.00     NONE`).
     pub antenna: String,
-    /// By system and RINEX band digit.
+    /// Calibrations by system and RINEX band digit.
     pub frequencies: BTreeMap<(System, u8), FrequencyCalibration>,
 }
 
@@ -89,8 +89,8 @@ impl fmt::Debug for AntennaCalibration {
 }
 
 impl AntennaCalibration {
-    /// The calibration that applies to a signal: that of its band; else that of the nearest
-    /// carrier within 60 MHz (many calibrations hold L1 and L2 of GPS and GLONASS only).
+    /// The calibration for a signal: of the signal's band, or else of the nearest carrier within 60 MHz (many
+    /// calibrations hold L1 and L2 of GPS and GLONASS only).
     #[must_use]
     pub fn of_signal(&self, system: System, code: SignalCode) -> Option<&FrequencyCalibration> {
         if let Some(own) = self.frequencies.get(&(system, code.band)) {

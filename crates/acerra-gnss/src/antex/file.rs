@@ -7,7 +7,7 @@ use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 use crate::observations::satellite::System;
 use crate::rinex::{column, real, text};
 
-/// Most values that a table may have in one direction: steps of a quarter of a degree.
+/// Largest number of values of a table in one direction: steps of a quarter of a degree.
 const MAX_STEPS: f64 = 1441.0;
 
 /// The receiver antennas of an ANTEX file.
@@ -18,9 +18,9 @@ pub struct AntexFile {
 }
 
 impl AntexFile {
-    /// The calibration of an antenna by its name in a RINEX header: type, then radome from column
-    /// 17 on. Where the radome is not given, or not calibrated, that without a radome (`NONE`)
-    /// answers; the name found is returned.
+    /// The calibration of an antenna by its name in a RINEX header: type, then radome from column 17 on.
+    /// Where the radome is not given, or not calibrated, the calibration without a radome (`NONE`) is
+    /// returned, under the name found.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<&AntennaCalibration> {
         let wanted: Vec<&str> = name.split_whitespace().collect();
@@ -38,7 +38,7 @@ impl AntexFile {
 /// Reads the receiver antennas of an ANTEX file; satellites' antennas are passed over.
 ///
 /// # Errors
-/// [`ReadError`] where the first line is not one of ANTEX 1.x, the variations are relative to
+/// [`ReadError`] where the first line is not that of ANTEX 1.x, the variations are relative to
 /// another antenna, or the input fails.
 pub fn read_antex(source: &mut impl LineSource) -> Result<(AntexFile, ReadReport), ReadError> {
     header(source)?;
@@ -108,7 +108,7 @@ fn header(source: &mut impl LineSource) -> Result<(), ReadError> {
     })
 }
 
-/// An antenna while its lines come in.
+/// An antenna whose lines are being read.
 #[derive(Default)]
 struct Antenna {
     name: String,
@@ -118,7 +118,7 @@ struct Antenna {
     /// First, last and step (degrees).
     zenith: [f64; 3],
     frequency: Option<((System, u8), FrequencyCalibration)>,
-    /// Inside the rms values, which are not calibrations.
+    /// Whether the current lines are rms values, which are not calibrations.
     rms: bool,
     frequencies: BTreeMap<(System, u8), FrequencyCalibration>,
     damaged: bool,
@@ -155,7 +155,7 @@ impl Antenna {
         }
     }
 
-    /// A number that must be there.
+    /// A mandatory number.
     fn number(&mut self, field: &[u8]) -> f64 {
         match real(field) {
             Ok(Some(value)) => value,

@@ -1,5 +1,4 @@
-//! Antenna calibrations in ANTEX 1.4: where the phase centre of a receiver's antenna lies, by
-//! frequency and direction.
+//! Antenna calibrations in ANTEX 1.4: the phase centre of a receiver's antenna by frequency and direction.
 //!
 //! A pseudorange or phase is measured to the antenna's phase centre, positions are those of the antenna
 //! reference point (ARP). The phase centre offset (PCO), a vector in the antenna's axes, and the phase centre

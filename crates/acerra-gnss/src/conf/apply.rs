@@ -1,4 +1,4 @@
-//! What each key means.
+//! Meaning of each key.
 
 use super::antenna::antenna;
 use super::error::ConfError;
@@ -8,7 +8,7 @@ use super::positioning::{first_page, second_page, statistics};
 use super::requested::{NotFollowed, NotFollowedReason, RtklibConf};
 use super::setting::Setting;
 
-/// Whether only demo5 and RTKLIB-EX have this key.
+/// Whether the key exists only in demo5 and RTKLIB-EX.
 pub(super) fn is_demo5_key(key: &str) -> bool {
     matches!(
         key,
@@ -28,7 +28,7 @@ pub(super) fn is_demo5_key(key: &str) -> bool {
     )
 }
 
-/// Applies all settings; of a key given twice the last counts.
+/// Applies all settings; the last one of a repeated key counts.
 pub(super) fn apply(settings: &[Setting], conf: &mut RtklibConf) -> Result<(), ConfError> {
     let mut pending = Pending::of(&conf.options);
     for setting in settings {

@@ -1,10 +1,10 @@
-//! Why a configuration file cannot be used.
+//! Errors of configuration files.
 
 use std::path::PathBuf;
 
 use crate::input::ReadError;
 
-/// Why a configuration cannot be used.
+/// Reason for which a configuration cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfError {
@@ -26,7 +26,7 @@ pub enum ConfError {
         line: u64,
         /// The key.
         key: String,
-        /// What would do.
+        /// The values accepted.
         expected: String,
         /// The value given.
         found: String,

@@ -23,7 +23,7 @@ use crate::input::{Limits, LineSource, Lines};
 use crate::options::{PpkOptions, RuleSet};
 use crate::pos::PosFormat;
 
-/// Meaning of a key without an entry: RTKLIB's own defaults, as its manual lists them.
+/// RTKLIB's defaults for keys without an entry, as listed in its manual.
 ///
 /// They differ from [`PpkOptions::rtklib`], which are the settings usual for short baselines.
 #[must_use]

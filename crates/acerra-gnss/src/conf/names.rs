@@ -5,11 +5,11 @@ use crate::pos::{PosFrame, PosTime, PosTimeScale};
 use std::fmt;
 use std::str::FromStr;
 
-/// A name that none of an option's values has.
+/// A name that is none of an option's values.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected {expected}, found {found:?}")]
 pub struct UnknownNameError {
-    /// The names that there are.
+    /// The valid names.
     pub expected: String,
     /// The name given.
     pub found: String,
@@ -19,10 +19,10 @@ pub struct UnknownNameError {
 macro_rules! named {
     ($type:ty { $($value:ident = $name:literal),+ $(,)? }) => {
         impl $type {
-            /// Every value, in the order of RTKLIB's numbers where it has them.
+            /// Every value, in the order of RTKLIB's numbers where these exist.
             pub const ALL: &'static [Self] = &[$(Self::$value),+];
 
-            /// The name, as the command line takes it.
+            /// The name on the command line.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {

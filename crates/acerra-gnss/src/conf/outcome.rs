@@ -1,17 +1,17 @@
-//! What became of a setting.
+//! Outcome of a setting.
 
 use super::error::ConfError;
 use super::requested::NotFollowedReason;
 use super::setting::Setting;
 
-/// `None`: followed; else why not.
+/// `None` for a setting that is followed, otherwise the reason why it is not.
 pub(super) type Outcome = Result<Option<NotFollowedReason>, ConfError>;
 
 /// The setting is followed.
 pub(super) const FOLLOWED: Outcome = Ok(None);
 /// The value requires a feature that is not supported.
 pub(super) const UNSUPPORTED: Outcome = Ok(Some(NotFollowedReason::Unsupported));
-/// There is no such key.
+/// The key does not exist.
 pub(super) const UNKNOWN: Outcome = Ok(Some(NotFollowedReason::UnknownKey));
 
 /// `Followed` if the value is in `harmless`, the values without effect in this program.

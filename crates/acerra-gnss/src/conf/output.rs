@@ -47,7 +47,7 @@ pub(super) fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
             Some(kind) => conf.outputs.geodetic_heights = kind == 1,
             None => return only(s, &[""]),
         },
-        // Which grid the geoid file is shows in its content; none is built in.
+        // The kind of geoid grid is recognised from the file's content; no grid is built in.
         "out-geoid" => {}
         "out-solstatic" => return only(s, &["all", "0", ""]),
         "out-nmeaintv1" | "out-nmeaintv2" => {}
@@ -61,7 +61,7 @@ pub(super) fn output(s: &Setting, conf: &mut RtklibConf) -> Outcome {
     FOLLOWED
 }
 
-/// Files that post-processing reads; empty values name none.
+/// Files that post-processing reads; an empty value names no file.
 pub(super) fn file(s: &Setting, conf: &mut RtklibConf) -> Outcome {
     let name = (!s.value.is_empty()).then(|| NamedFile {
         line: s.line,

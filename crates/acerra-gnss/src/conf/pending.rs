@@ -8,7 +8,7 @@ use crate::options::{
     BasePosition, BaselineLength, Cn0Mask, Dynamics, PartialAmbiguity, PositioningMode, PpkOptions,
 };
 
-/// Standard deviation (m) of a baseline's length without a stated deviation: that of a tape measure.
+/// Standard deviation (m) of a baseline's length where none is stated, typical of a tape measure.
 const LEAST_LENGTH_SIGMA_M: f64 = 1e-3;
 
 /// Values that depend on each other and are combined at the end.
@@ -51,7 +51,7 @@ impl Pending {
         }
     }
 
-    /// Puts them into the options.
+    /// Applies the values to the options.
     pub(super) fn finish(&self, options: &mut PpkOptions) -> Result<(), ConfError> {
         options.dynamics = self.dynamics.then_some(Dynamics {
             horizontal_noise: self.noise[0],
@@ -74,7 +74,7 @@ impl Pending {
         if options.partial_ambiguity.is_some() {
             options.partial_ambiguity = Some(self.partial);
         }
-        // RTKLIB has no length for a fixed base, and none that is not positive.
+        // In RTKLIB a fixed base has no length, and a length is positive.
         let [length_m, sigma_m] = self.baseline_m;
         if options.mode == PositioningMode::MovingBase && length_m > 0.0 {
             options.baseline_length = Some(BaselineLength {

@@ -1,4 +1,4 @@
-//! The pages of settings about positioning.
+//! Settings of the positioning.
 
 use super::outcome::{FOLLOWED, Outcome, UNKNOWN, UNSUPPORTED, only};
 use super::pending::Pending;
@@ -15,7 +15,7 @@ pub(super) fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pendi
         "pos1-posmode" => {
             options.mode = match (s.value.as_str(), options.rules) {
                 ("movingbase", _) => PositioningMode::MovingBase,
-                // RTKLIB-EX numbers a static start before it.
+                // RTKLIB-EX numbers a static start before this mode.
                 ("5", RuleSet::Demo5) => PositioningMode::MovingBase,
                 ("4", RuleSet::Demo5) => return Err(s.unsupported()),
                 _ => s
@@ -88,8 +88,8 @@ pub(super) fn first_page(s: &Setting, conf: &mut RtklibConf, pending: &mut Pendi
                 return Err(s.wrong("a sum of 1 (GPS) to 64 (NavIC)"));
             }
         }
-        // Both ends of a short baseline see one ionosphere: off and broadcast are alike. Only
-        // estimating would differ.
+        // Both ends of a short baseline have the same ionospheric delay: off and broadcast are equivalent,
+        // only estimation would differ.
         "pos1-ionoopt" => return only(s, &["off", "0", "brdc", "1", "sbas", "2", ""]),
         "pos1-tropopt" => return only(s, &["off", "0", "saas", "1", "sbas", "2", ""]),
         "pos1-tidecorr" => return only(s, &["off", "0", ""]),
@@ -188,7 +188,7 @@ pub(super) fn statistics(s: &Setting, conf: &mut RtklibConf, pending: &mut Pendi
         "stats-prnaccelh" => pending.noise[0] = s.number()?,
         "stats-prnaccelv" => pending.noise[1] = s.number()?,
         "stats-prnbias" => options.bias_noise_cycles = s.number()?,
-        // Of states that are not estimated.
+        // These keys concern states that are not estimated.
         "stats-stdiono" | "stats-stdtrop" | "stats-prniono" | "stats-prntrop" | "stats-prnpos" => {}
         "stats-clkstab" => options.clock_stability = s.number()?,
         _ => return UNKNOWN,

@@ -11,7 +11,7 @@ use crate::pos::PosFormat;
 pub struct RtklibConf {
     /// Processing options.
     pub options: PpkOptions,
-    /// How the solution file is to be written.
+    /// Layout of the solution file.
     pub format: PosFormat,
     /// Further outputs, and the files to read for them.
     pub outputs: ConfOutputs,
@@ -41,11 +41,11 @@ pub struct ConfOutputs {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct ConfInputs {
-    /// Precise orbits are to be used (`pos1-sateph = precise`).
+    /// Whether precise orbits are used (`pos1-sateph = precise`).
     pub precise_orbits: bool,
     /// Antenna calibrations of receivers (`file-rcvantfile`).
     pub antenna_file: Option<NamedFile>,
-    /// The rover's antenna (`ant1-anttype`): empty for none, `*` for that of the log's header.
+    /// The rover's antenna (`ant1-anttype`): empty for none, `*` for the antenna of the log's header.
     pub rover_antenna: String,
     /// The base's antenna (`ant2-anttype`).
     pub base_antenna: String,
@@ -65,9 +65,9 @@ pub struct NamedFile {
 impl NamedFile {
     /// Finds the file in the folder, else in the current one.
     fn find(&mut self, folder: &Path) -> Result<(), ConfError> {
-        let beside = folder.join(&self.name);
-        if beside.is_file() {
-            self.name = beside.to_string_lossy().into_owned();
+        let in_folder = folder.join(&self.name);
+        if in_folder.is_file() {
+            self.name = in_folder.to_string_lossy().into_owned();
             return Ok(());
         }
         if Path::new(&self.name).is_file() {
@@ -77,7 +77,7 @@ impl NamedFile {
             line: self.line,
             key: self.key.clone(),
             name: self.name.clone(),
-            tried: beside,
+            tried: in_folder,
         })
     }
 }
@@ -114,17 +114,17 @@ pub struct NotFollowed {
     pub key: String,
     /// The value as given.
     pub value: String,
-    /// Why.
+    /// Reason.
     pub reason: NotFollowedReason,
 }
 
-/// Why a setting has no effect.
+/// Reason for which a setting has no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum NotFollowedReason {
     /// No program of the RTKLIB family has such a key.
     UnknownKey,
-    /// The key is known, this value of it is not supported.
+    /// The key is known, but this value is not supported.
     Unsupported,
     /// The key concerns real-time streams or displays.
     NotForPostProcessing,

@@ -11,7 +11,7 @@ pub(super) struct Setting {
     pub value: String,
 }
 
-/// The setting of a line; none for an empty line or a comment.
+/// The setting of a line; `None` for an empty line or a comment.
 pub(super) fn parse(bytes: &[u8], line: u64) -> Result<Option<Setting>, ConfError> {
     let text = String::from_utf8_lossy(bytes);
     let content = text.split('#').next().unwrap_or("").trim();

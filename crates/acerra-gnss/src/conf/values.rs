@@ -29,7 +29,7 @@ impl Setting {
             .or_else(|| self.value.parse().ok().filter(|&i: &usize| i < names.len()))
     }
 
-    /// A value given by name, or by its place in RTKLIB's order.
+    /// A value given by name, or by number in RTKLIB's order.
     pub(super) fn named<T: Copy + std::str::FromStr>(&self, values: &[T]) -> Option<T> {
         let by_number = || values.get(self.value.parse::<usize>().ok()?).copied();
         self.value.parse().ok().or_else(by_number)

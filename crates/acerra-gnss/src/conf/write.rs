@@ -188,7 +188,7 @@ fn antennas(text: &mut Lines, options: &PpkOptions) {
     }
 }
 
-/// Options that RTKLIB has no key for.
+/// Options without a key in RTKLIB.
 fn without_keys(text: &mut Lines, options: &PpkOptions) {
     text.remark("Without a key in RTKLIB:");
     text.remark(format!("rules of {}", options.rules));

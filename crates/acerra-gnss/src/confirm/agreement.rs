@@ -1,8 +1,8 @@
 //! Retrospective confirmation of ambiguity fixes.
 //!
 //! Two passes in opposite directions of time use different codes and have different errors. Where the
-//! integers of both give the same place, the integers are right; fixes before or after with the same integers
-//! are right as well.
+//! integers of both passes give the same place, the integers are right; earlier and later fixes with these
+//! integers are right too.
 
 use super::contradiction::{Claim, contradicted};
 use crate::ambiguity::fixed_integers::FixedIntegers;
@@ -12,16 +12,16 @@ use crate::solution::{NotFixedReason, Quality};
 use acerra_geo::time::GpsTime;
 use std::sync::Arc;
 
-/// Fixes of two passes nearer to each other than this are equal (m): a quarter of a wavelength; fixes by
-/// neighbouring integers are further apart.
+/// Distance (m) below which fixes of two passes are equal, a quarter of a wavelength: fixes by neighbouring
+/// integers are further apart.
 const SAME_PLACE_M: f64 = 0.05;
 /// Largest standard deviation (m) of a fix without a check: half a wavelength.
 const LARGEST_UNCHECKED_SIGMA_M: f64 = 0.1;
-/// Time (s) over which passes must agree before agreement alone counts: in a shorter log both use nearly the
-/// same codes.
+/// Least duration (s) of a log for which agreement of passes alone counts: in a shorter log both passes use
+/// nearly the same codes.
 const AGREEMENT_S: f64 = 60.0;
 
-/// Where a pass fixed, in ascending order of time.
+/// Fixes of a pass, in ascending order of time.
 #[derive(Debug, Clone)]
 pub(crate) struct Witness {
     fixes: Vec<Fix>,
@@ -35,7 +35,7 @@ struct Fix {
 }
 
 impl Witness {
-    /// Claims of a pass, in its own order, for other passes.
+    /// Fixes of a pass, given in the pass's order, as evidence for other passes.
     pub(crate) fn of(results: &[EpochResult]) -> Self {
         let fixed = results.iter().filter_map(|r| {
             Some(Fix {
@@ -49,7 +49,7 @@ impl Witness {
         Self { fixes }
     }
 
-    /// The fixes of this pass that agree with those of one of `others`, as claims of pass number `pass`.
+    /// The fixes of this pass that agree with fixes of one of `others`, as claims of pass number `pass`.
     fn claims<'a>(
         &'a self,
         pass: usize,
@@ -129,9 +129,9 @@ pub(crate) fn contradictions(passes: &[(&Witness, &[&Witness])]) -> Vec<Vec<GpsT
     tags
 }
 
-/// Confirms the fixes of a pass by those of passes in the other direction, except at the epochs
-/// `contradicted` and, where the results will not be combined with those of the `other` pass, those that it
-/// [disputes](is_disputed); returns how many epochs they agree at.
+/// Confirms the fixes of a pass by the fixes of passes in the other direction, except at the epochs
+/// `contradicted` and, where the results will not be combined with the `other` pass, fixes that the `other`
+/// pass [disputes](is_disputed). Returns the number of epochs at which the passes agree.
 pub(crate) fn confirm_by(
     results: &mut [EpochResult],
     needed: f64,
@@ -178,9 +178,9 @@ pub(crate) fn confirm_by(
     count
 }
 
-/// Confirms the fixes of one pass alone, by its fixes that are certain themselves.
+/// Confirms the fixes of one pass by the certain fixes of the same pass.
 ///
-/// Fixes under integers that were `withdrawn` later confirm no fix, themselves included.
+/// Fixes with integers that were `withdrawn` later confirm no fix and are not confirmed.
 pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn: &[u32]) {
     let certain = |r: &EpochResult| {
         let own = r.integers.as_ref();
@@ -196,8 +196,7 @@ pub(crate) fn confirm_alone(results: &mut [EpochResult], needed: f64, withdrawn:
     );
 }
 
-/// Whether phases beyond those that a position takes check a fix, or its place is at least known
-/// to within half a wavelength.
+/// Whether redundant phases check a fix, or the fix's position is at least known to within half a wavelength.
 fn is_checked(fix: &EpochResult, integers: &FixedIntegers) -> bool {
     let variance_m2: f64 = (0..3).map(|k| fix.covariance_ecef_m2[k][k]).sum();
     integers.is_checked() || variance_m2 < LARGEST_UNCHECKED_SIGMA_M.powi(2)

@@ -1,7 +1,7 @@
 //! Fixes that contradict each other.
 //!
 //! The integer of a phase is constant as long as the phase does not slip. Of two fixes with different
-//! integers for the same unbroken phases at least one is wrong, however good each looks at its own epoch, and
+//! integers for the same unbroken phases at least one is wrong, however good each fix looks at its epoch, and
 //! however many passes find it: reflections and biased codes are the same in every pass. Integers of a single
 //! satellite count as well: one cycle of a satellite near the zenith is a height that is a wavelength off,
 //! and a slip in between would have been noticed by the phases' changes from epoch to epoch.
@@ -11,26 +11,26 @@ use acerra_geo::time::GpsTime;
 
 /// Equal differences that identify fixes of one set of integers: a position is determined by three.
 const LEAST_KEPT: usize = 3;
-/// Satellites for which two passes may have different integers at an epoch and still have the same place: the
-/// satellite that has just risen in either.
+/// Largest number of satellites with different integers in two passes of equal position at an epoch: a
+/// satellite that has just risen in one of the passes.
 const LARGEST_DIFFERENT_AT_ONE_EPOCH: usize = 1;
 /// Largest number of earlier sets compared: where every epoch has its own set, none is worth more than
 /// another.
 const LARGEST_SETS: usize = 64;
 
-/// A fix that a pass in the other direction found too.
+/// A fix that a pass in the other direction has found too.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Claim<'a> {
     pub tag: GpsTime,
     pub integers: &'a FixedIntegers,
-    /// Number of the pass that it is of.
+    /// Number of the fix's pass.
     pub pass: usize,
 }
 
 impl Claim<'_> {
     /// Whether both fixes belong to one set of integers, to sets that contradict each other, or neither.
     ///
-    /// Which phases slipped between two epochs a pass knows of itself alone.
+    /// The slips between two epochs are known only within one pass.
     fn agrees(&self, other: &Self) -> Option<bool> {
         let at_one_epoch = self.tag == other.tag;
         if !at_one_epoch && self.pass != other.pass {
@@ -51,13 +51,13 @@ impl Claim<'_> {
 
 /// Fixes with one set of integers.
 struct Set {
-    /// Places of the fixes, the latest last.
+    /// Indices of the fixes, the latest last.
     members: Vec<usize>,
-    /// The latest of each pass.
+    /// Index of the latest fix of each pass.
     latest: Vec<Option<usize>>,
-    /// Epochs at which the phases support the set against all others as well.
+    /// Number of epochs at which the phases support the set against all others.
     certain_epochs: usize,
-    /// Places of the sets that it contradicts.
+    /// Indices of the sets that this set contradicts.
     against: Vec<usize>,
 }
 
@@ -71,7 +71,7 @@ impl Set {
         }
     }
 
-    /// Whether a later fix is of this set, contradicts it, or neither.
+    /// Whether a later fix belongs to this set, contradicts this set, or neither.
     fn admits(&self, claims: &[Claim<'_>], later: &Claim<'_>) -> Option<bool> {
         let of_epoch = self.members.iter().rev();
         let of_epoch = of_epoch.take_while(|&&k| claims[k].tag == later.tag);
@@ -94,7 +94,7 @@ impl Set {
     }
 }
 
-/// Which of the claims are contradicted by others that are certain at no fewer epochs.
+/// Whether each claim is contradicted by claims that are certain at no fewer epochs.
 ///
 /// Integers that are certain by themselves are wrong in one of a hundred cases, and then for as long as the
 /// reflections that support them last: of two sets the one that is certain for longer is far likelier to be
@@ -192,8 +192,8 @@ mod tests {
         let first = (0.0, 0, HERE, UNBROKEN, false);
         let later = (9.0, 0, other, UNBROKEN, false);
         assert_eq!(of(&[first, later]), [true, true]);
-        let beside = (0.0, 1, other, UNBROKEN, false);
-        assert_eq!(of(&[first, beside]), [false, false]);
+        let other_pass = (0.0, 1, other, UNBROKEN, false);
+        assert_eq!(of(&[first, other_pass]), [false, false]);
     }
 
     #[test]

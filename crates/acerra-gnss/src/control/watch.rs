@@ -1,4 +1,4 @@
-//! Progress of a run, and whether it is to go on.
+//! Progress and cancellation of a run.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,12 +7,12 @@ use acerra_control::{Control, Progress};
 use super::workers::{Permit, Permits};
 use crate::solution::PpkError;
 
-/// Counts the epochs of a run and asks whether it is to go on.
+/// Counts the epochs of a run, and checks for cancellation.
 pub(crate) struct Watch<'a> {
     control: Control<'a>,
     done: AtomicUsize,
     total: usize,
-    /// Permits to work that passes side by side share, where there are fewer threads than passes.
+    /// Permits shared by parallel passes, where there are fewer threads than passes.
     permits: Option<Permits>,
 }
 
@@ -27,7 +27,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// This watch, for this number of simultaneous passes.
+    /// This watch with permits for `threads` simultaneous passes.
     pub(crate) fn with_permits(self, threads: usize) -> Self {
         Self {
             permits: Some(Permits::new(threads)),
@@ -45,7 +45,7 @@ impl<'a> Watch<'a> {
         self.permits.is_some()
     }
 
-    /// One more epoch is about to be processed.
+    /// Counts one more epoch; fails where the run is cancelled.
     pub(crate) fn one_more(&self) -> Result<(), PpkError> {
         self.control.check()?;
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;

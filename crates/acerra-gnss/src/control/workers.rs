@@ -65,7 +65,7 @@ impl Permits {
         }
     }
 
-    /// A permit, as soon as one is free. The holder must not wait for another.
+    /// Waits for a free permit. The holder must not wait for another permit.
     pub(crate) fn take(&self) -> Permit<'_> {
         let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         let waited = self.returned.wait_while(free, |free| *free == 0);

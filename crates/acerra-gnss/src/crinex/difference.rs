@@ -31,8 +31,8 @@ pub(super) struct Arc {
 impl Arc {
     /// Starts an arc, or continues `arc`, with one field of a compact line.
     ///
-    /// Returns `None` for a field that is damaged or that refers to an arc that is not there; the
-    /// arc is then lost until a field restarts it.
+    /// Returns `None` for a field that is damaged or refers to a missing arc; the arc is then lost until a
+    /// field restarts it.
     pub(super) fn step(arc: Option<Self>, field: &[u8]) -> Option<Self> {
         if let [digit @ b'0'..=b'9', b'&', value @ ..] = field {
             let mut sums = [0; MAX_ORDER + 1];

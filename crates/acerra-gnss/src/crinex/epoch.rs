@@ -9,7 +9,7 @@ use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     version: u8,
-    /// First character of an epoch line that starts afresh.
+    /// First character of an initialised epoch line.
     start: u8,
     flag: usize,
     count: usize,
@@ -50,7 +50,7 @@ enum Stage {
 
 /// The RINEX lines of a Hatanaka-compressed file, as a [`LineSource`].
 ///
-/// Damage is contained: a broken difference makes its value absent until the arc of the value starts again; a
+/// Damage is contained: a broken difference makes the value absent until the arc of the value starts again; a
 /// broken epoch line drops epochs until the next initialised one; an incomplete last epoch is dropped. All
 /// are counted in the report.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl<S: LineSource> CrinexLines<S> {
     /// Reads the two lines that make a file compact RINEX; the RINEX header follows as lines.
     ///
     /// # Errors
-    /// [`ReadError::Format`] where the lines are not those, [`ReadError::Unsupported`] for a
+    /// [`ReadError::Format`] where the lines are not those of compact RINEX, [`ReadError::Unsupported`] for a
     /// version other than 1 and 3.
     pub fn new(mut source: S) -> Result<Self, ReadError> {
         if !source.advance()? {
@@ -379,7 +379,7 @@ fn decode_fields(
     patch_text(&mut state.flags, rest);
     state.flags.resize(2 * types, b' ');
     if version == 1 {
-        // Version 1 has no flags without a value, and does not write their going.
+        // Version 1 has no flags without a value, and does not record that flags disappear.
         for (i, _) in texts.iter().enumerate().filter(|(_, t)| t.is_none()) {
             state.flags[2 * i..2 * i + 2].fill(b' ');
         }

@@ -1,4 +1,4 @@
-//! The measurement update of an epoch, repeated without whatever contradicts the rest.
+//! The measurement update of an epoch, repeated without measurements that contradict the rest.
 
 use super::residuals::Update;
 use super::{EpochView, Filter};
@@ -9,10 +9,10 @@ use crate::solution::NotFixedReason;
 /// Share of the codes' past misfit that counts at the next epoch.
 const MISFIT_KEPT: f64 = 0.98;
 
-/// Why an epoch could not be updated.
+/// Reason for which an epoch could not be updated.
 pub(super) struct UpdateFailure {
     pub reason: NotFixedReason,
-    /// The update whose measurements contradict each other, if there is one.
+    /// The update whose measurements contradict each other, if any.
     pub contradicting: Option<Update>,
 }
 
@@ -94,7 +94,7 @@ impl Filter<'_> {
             .or_else(|| beyond(self.options.max_phase_residual_sigma, false))
     }
 
-    /// Counts the codes' residuals into their fading sums.
+    /// Adds the codes' residuals to their fading sums.
     pub(super) fn note_misfit(&mut self, rows: &[DoubleRow]) {
         let (squares, freedom) = misfit(rows, true, |_, _| true);
         self.misfit = [

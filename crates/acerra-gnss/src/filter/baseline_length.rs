@@ -15,7 +15,7 @@ use crate::stations::epoch_input::BaseView;
 const LARGEST_SHARE: f64 = 0.1;
 /// Largest error of the length of a fix, in standard deviations.
 const LARGEST_DEPARTURE_SIGMA: f64 = 4.0;
-/// Standard deviation (m) of an antenna's phase centre over directions, which phases do not show.
+/// Standard deviation (m) of an antenna's phase centre over directions, which phase residuals do not contain.
 const PHASE_CENTRE_SIGMA_M: f64 = 0.005;
 
 /// State vector and covariance before the length was imposed.
@@ -40,8 +40,8 @@ impl Filter<'_> {
         if variance_m2 > (LARGEST_SHARE * length_m).powi(2) {
             return None;
         }
-        // Integers fed back into the state are not to be taken back with the length.
-        let before = self.options.holds_beside().then(|| Unconstrained {
+        // Integers fed back into the state must not be removed with the length.
+        let before = self.options.holds_outside_filter().then(|| Unconstrained {
             x: self.state.x.clone(),
             p: self.state.p.clone(),
         });
@@ -52,7 +52,7 @@ impl Filter<'_> {
         before
     }
 
-    /// Takes the length back; states forgotten since stay forgotten.
+    /// Removes the effect of the length; states removed since remain removed.
     pub(super) fn release_length(&mut self, before: Option<Unconstrained>) {
         let Some(Unconstrained { x, p }) = before else {
             return;
@@ -65,7 +65,7 @@ impl Filter<'_> {
         }
     }
 
-    /// Why a fix whose length is not the known one is none.
+    /// The reason for rejecting a fix whose length is not the known length.
     pub(super) fn contradicted_length(
         &self,
         base: &BaseView<'_>,

@@ -1,4 +1,4 @@
-//! Slips that nobody flagged, by the phases' changes since the last epoch.
+//! Detection of unflagged slips from the phases' changes since the last epoch.
 
 use super::last_phases::{LastPhases, PhaseDifference};
 use super::{EpochView, Filter};
@@ -11,14 +11,15 @@ use std::sync::Arc;
 /// Longest time (s) over which phases are compared: the atmosphere and the model of the orbits
 /// change by less than a centimetre.
 const LONGEST_S: f64 = 60.0;
-/// A residual beyond this many standard deviations is a slip,
+/// Number of standard deviations beyond which a residual is a slip.
 const SLIP_SIGMA: f64 = 5.0;
-/// and so is one beyond this many cycles, whatever the noise: half a cycle is the smallest slip.
+/// Number of cycles beyond which a residual is a slip, whatever the noise: half a cycle is the smallest slip.
 const SLIP_CYCLES: f64 = 0.4;
 
 impl Filter<'_> {
-    /// The phases (common index, slot) of this epoch that contradict the others' change since the
-    /// last one. They hang on the epochs alone, so that the first pass of a direction finds them for all.
+    /// The phases (common index, slot) of this epoch whose change since the last epoch contradicts the other
+    /// phases. The result depends on the epochs only, so that the first pass of a direction computes it for
+    /// all passes.
     pub(super) fn unflagged_slips(
         &mut self,
         epoch: &EpochView<'_>,

@@ -25,7 +25,7 @@ pub(crate) struct EpochResult {
     pub residuals: Arc<Vec<SatelliteResidual>>,
     /// Squared phase residuals of a fix in units of their variance, and their degrees of freedom.
     pub phase_misfit: [f64; 2],
-    /// The residuals themselves.
+    /// Residuals of the phases at a fix, over the model's standard deviation.
     pub phase_residuals: Vec<NormalisedResidual>,
     /// Residuals of the codes at a fix, over the model's standard deviation.
     pub code_residuals: Vec<NormalisedResidual>,
@@ -38,12 +38,12 @@ pub(crate) struct EpochResult {
     pub anchored: bool,
     /// The integers of a fix.
     pub integers: Option<Arc<FixedIntegers>>,
-    /// Where a moving base was at this time.
+    /// Position of a moving base at this time.
     pub base: Option<MovedBase>,
 }
 
 impl EpochResult {
-    /// How its fix fits the measurements.
+    /// Misfit between the epoch's fix and the measurements.
     pub(crate) fn misfit(&self) -> Misfit {
         Misfit {
             time: self.time,
@@ -52,7 +52,7 @@ impl EpochResult {
         }
     }
 
-    /// The phases' residuals of its fix, if it is one.
+    /// The phases' residuals of the epoch's fix, if it is fixed.
     pub(crate) fn fix_residuals(&self) -> Option<FixResiduals<'_>> {
         (self.quality == Some(Quality::Fixed)).then_some(FixResiduals {
             time: self.time,
@@ -60,7 +60,7 @@ impl EpochResult {
         })
     }
 
-    /// The codes' residuals of its fix, if it is one.
+    /// The codes' residuals of the epoch's fix, if it is fixed.
     pub(crate) fn fix_codes(&self) -> Option<FixResiduals<'_>> {
         (self.quality == Some(Quality::Fixed)).then_some(FixResiduals {
             time: self.time,

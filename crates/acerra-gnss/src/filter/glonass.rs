@@ -1,18 +1,18 @@
-//! Whether GLONASS ambiguities are resolved, and with which inter-channel bias: by evidence.
+//! Decision from the data whether GLONASS ambiguities are resolved, and with which inter-channel bias.
 //!
 //! Receivers of different makes delay GLONASS carriers differently, in proportion to the channel number
-//! (Wanninger 2012). A first pass estimates that slope together with the other unknowns. A free slope would
+//! (Wanninger 2012). A first pass estimates this slope together with the other unknowns. A free slope would
 //! let wrong integers fit, so the main run uses the slope of the first pass.
 
 use super::epoch_result::EpochResult;
 use crate::linear::outliers::median;
 use crate::solution::{GlonassDecision, Quality};
 
-/// Fixes with GLONASS that a slope needs.
+/// Least number of fixes with GLONASS for a slope.
 const LEAST_FIXES: usize = 20;
 /// A slope that is not larger than this many of its standard deviations counts as zero.
 const SIGNIFICANT_SIGMA: f64 = 3.0;
-/// Least standard deviation of a slope (m per channel): biases are not linear to better.
+/// Least standard deviation of a slope (m per channel): biases deviate from linearity by this much.
 const LEAST_SIGMA_M: f64 = 0.000_5;
 
 /// GLONASS ambiguities in the run proper.

@@ -1,4 +1,4 @@
-//! Integers once settled, kept outside the filter.
+//! Settled integers, held outside the filter.
 //!
 //! RTKLIB's hold feeds integers back as measurements: the filter then keeps them for ever, right or wrong.
 //! Here the float state is unchanged. At every epoch a copy of the float state is conditioned on the held
@@ -18,8 +18,8 @@ const LEAST_HELD_PAIRS: usize = 4;
 /// Standard deviation of a position (m) up to which it distinguishes integers from their neighbours: a
 /// quarter of a wavelength.
 const LARGEST_HELD_SIGMA_M: f64 = 0.05;
-/// Epochs in a row at which the float state may contradict the integers held: multipath that
-/// pulls it off passes.
+/// Largest number of consecutive epochs at which the float state may contradict the held integers: multipath
+/// displaces the float state temporarily.
 const LARGEST_DOUBTS: u32 = 10;
 /// Variance (cycle²) with which integers are imposed on the copy.
 const IMPOSED_VARIANCE: f64 = 1e-6;
@@ -34,7 +34,7 @@ impl Filter<'_> {
     /// Whether the evidence for the integers suffices to hold them: integers fed back into the filter look
     /// certain ever after.
     pub(super) fn may_hold(&self) -> bool {
-        if self.options.holds_beside() {
+        if self.options.holds_outside_filter() {
             self.settled
         } else {
             self.certain || self.options.min_success_rate.is_none()
@@ -73,10 +73,10 @@ impl Filter<'_> {
         (pairs, integers)
     }
 
-    /// The state conditioned on the integers held; `None` where too few are. Integers that
+    /// The state conditioned on the held integers; `None` where too few integers are held. Integers that
     /// contradict the float state are withdrawn.
     pub(super) fn conditioned(&mut self, common: &[Common]) -> Option<FilterState> {
-        if !self.options.holds_beside() {
+        if !self.options.holds_outside_filter() {
             return None;
         }
         let (pairs, integers) = self.held_pairs(common);
@@ -111,7 +111,7 @@ impl Filter<'_> {
         state.update(&rows, noise).then_some(state)
     }
 
-    /// Predicts and updates the state conditioned on the held integers, as the float state was.
+    /// Predicts and updates the state conditioned on the held integers like the float state.
     pub(super) fn advance_held(
         &mut self,
         single: &SinglePoint,
@@ -137,7 +137,7 @@ impl Filter<'_> {
         self.held_state = updated.is_ok().then_some(held);
     }
 
-    /// Gives up every integer held, and the fixes that rest on them.
+    /// Withdraws all held integers, and the fixes that use them.
     pub(super) fn withdraw(&mut self) {
         for track in &mut self.state.tracks {
             track.held = None;
@@ -152,8 +152,8 @@ impl Filter<'_> {
         self.held = false;
     }
 
-    /// Takes the integers of a fix among those held.
-    pub(super) fn hold_beside(&mut self, attempt: &Attempt) {
+    /// Adds the integers of a fix to the held integers.
+    pub(super) fn hold_outside_filter(&mut self, attempt: &Attempt) {
         let (pairs, integers) = (&attempt.pairs, &attempt.integers);
         let mut start = 0;
         for block in pairs.chunk_by(|a, b| (a.slot, a.group) == (b.slot, b.group)) {

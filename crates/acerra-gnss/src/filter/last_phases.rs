@@ -1,4 +1,4 @@
-//! The phases of the last epoch, for their changes since.
+//! Phase differences of the last epoch, from which changes are computed.
 
 use acerra_geo::time::GpsTime;
 

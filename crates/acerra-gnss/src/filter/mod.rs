@@ -87,9 +87,9 @@ pub(crate) struct Filter<'a> {
     pub(crate) state: FilterState,
     pub(crate) last_time: Option<GpsTime>,
     consecutive_fixes: u32,
-    /// Some fix of the present run of fixes was settled.
+    /// Whether some fix of the present run of fixes was settled.
     settled: bool,
-    /// Some fix of the present run of fixes, or with the integers held, was certain.
+    /// Whether some fix of the present run of fixes, or with the held integers, was certain.
     certain: bool,
     /// Squared code residuals in units of their variance, and their degrees of freedom, both
     /// fading.
@@ -104,26 +104,27 @@ pub(crate) struct Filter<'a> {
     pub(crate) held: bool,
     /// The state conditioned on the held integers.
     held_state: Option<FilterState>,
-    /// Room for the state before an update.
+    /// Memory for the state before an update.
     room: Option<FilterState>,
-    /// Room for a copy of the state that is conditioned on integers.
+    /// Memory for a copy of the state that is conditioned on integers.
     spare: Option<FilterState>,
-    /// Epochs in a row at which the float state contradicts the integers held.
+    /// Number of consecutive epochs at which the float state contradicts the held integers.
     doubts: u32,
-    /// GLONASS ambiguities stay float.
+    /// Whether GLONASS ambiguities stay float.
     glonass_float: bool,
-    /// The present fix rests on integers held before.
+    /// Whether the present fix uses integers held before.
     rests_on_held: bool,
-    /// The pairs of this epoch whose ambiguities may be resolved, before any is left out.
+    /// The pairs of this epoch whose ambiguities may be resolved, before any pair is left out.
     all_pairs: Vec<Pair>,
-    /// Groups of signals whose phases contradict the others'.
+    /// Groups of signals whose phases contradict the other groups.
     pub(crate) suspects: SuspectGroups,
     /// Phase differences of the last epoch.
     last_phases: LastPhases,
-    /// Epochs come in descending order of time.
+    /// Whether epochs come in descending order of time.
     pub(crate) backward: bool,
-    /// Number of the present set of held integers, and the numbers of those withdrawn.
+    /// Number of the present set of held integers.
     generation: u32,
+    /// Numbers of the withdrawn sets of held integers.
     pub(crate) withdrawn: Vec<u32>,
 }
 
@@ -265,7 +266,7 @@ impl<'a> Filter<'a> {
             .ok_or(NotFixedReason::BaseTooOld { age_s })
     }
 
-    /// Brings position and biases to this epoch.
+    /// Predicts position and biases at this epoch.
     fn predict(&mut self, single: &SinglePoint, epoch: &EpochView<'_>, elapsed_s: f64) {
         self.predict_position(single, elapsed_s);
         if self.uses_phase() {
@@ -370,8 +371,8 @@ impl<'a> Filter<'a> {
             && self.consecutive_fixes >= self.options.min_fixes_to_hold
             && self.may_hold()
         {
-            if self.options.holds_beside() {
-                self.hold_beside(attempt);
+            if self.options.holds_outside_filter() {
+                self.hold_outside_filter(attempt);
                 return;
             }
             let resolution = self.resolution(&epoch.common, zero, true);
@@ -382,7 +383,7 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Distance of the float position from that of `attempt`.
+    /// Distance of the float position from the position of `attempt`.
     fn float_misfit(&self, attempt: &Attempt) -> Option<FloatMisfit> {
         let np = self.state.leading_states;
         let frame = EnuFrame::from_ecef(self.state.position());

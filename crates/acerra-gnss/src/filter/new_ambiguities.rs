@@ -1,10 +1,10 @@
-//! Ambiguities that begin under integers held, against them.
+//! Test of held integers by ambiguities that begin while the integers are held.
 //!
 //! Where half of the satellites slip at once, the other satellites carry the integers over, and few of these
 //! check each other: an unflagged slip among them looks like a motion. The new ambiguities check the held
-//! integers. At the place by the held integers, new ambiguities are whole numbers up to the errors of the
-//! phases; at a wrong place they are arbitrary. A single new ambiguity that is off may as well be due to a
-//! reflection, and is ignored.
+//! integers. At the position given by the held integers, new ambiguities are whole numbers up to the errors
+//! of the phases; at a wrong position new ambiguities are arbitrary. A single new ambiguity that is off may
+//! as well be due to a reflection, and is ignored.
 
 use super::{EpochView, Filter};
 use crate::ambiguity::attempt::{Pair, members, without};
@@ -16,10 +16,10 @@ use crate::measurements::zero::ZeroDifference;
 use crate::observations::satellite::System;
 
 impl Filter<'_> {
-    /// Distance of the ambiguities that are not held from whole numbers at the place by the held ones, in
-    /// standard deviations (root mean square), where it is larger than the errors of phases explain once in a
-    /// thousand cases, whichever satellite that is not held is left out. `conditioned` is the state
-    /// conditioned on the held integers.
+    /// Distance from whole numbers, in standard deviations (root mean square), of the ambiguities that are
+    /// not held, at the position given by the held integers; `None` unless the distance is larger than errors
+    /// of phases explain once in a thousand cases, whichever of these satellites is left out. `conditioned`
+    /// is the state conditioned on the held integers.
     pub(super) fn new_ambiguities_contradict(
         &self,
         epoch: &EpochView<'_>,

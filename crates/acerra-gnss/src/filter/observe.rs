@@ -14,7 +14,7 @@ use crate::single::SinglePoint;
 use crate::stations::epoch_input::{BaseView, RoverEpoch};
 use std::sync::Arc;
 
-/// Code differences that a position takes, with one to spare.
+/// Least number of code differences for a position, including one redundant difference.
 const LEAST_CODE_ROWS: usize = 4;
 const CODE_ITERATIONS: usize = 2;
 
@@ -134,7 +134,7 @@ impl Filter<'_> {
         let mut state = self.state.clone();
         let mut place_ecef_m = single.position_ecef_m;
         for _ in 0..CODE_ITERATIONS {
-            // Codes are used once: the prior of the place only serves to form the differences.
+            // Codes are used once: the prior position only serves to form the differences.
             for (k, place_m) in place_ecef_m.into_iter().enumerate() {
                 state.initialise(k, place_m, POSITION_VARIANCE_M2);
             }

@@ -10,7 +10,7 @@ use acerra_geo::geodesy::EnuFrame;
 pub(super) const POSITION_VARIANCE_M2: f64 = 900.0;
 const VELOCITY_VARIANCE: f64 = 100.0;
 const ACCELERATION_VARIANCE: f64 = 100.0;
-/// A state of exactly zero would count as absent in RTKLIB; accelerations start just off it.
+/// Accelerations start at a small non-zero value, since a state of exactly zero counts as absent in RTKLIB.
 const INITIAL_ACCELERATION: f64 = 1e-6;
 
 impl Filter<'_> {
@@ -152,7 +152,7 @@ impl Filter<'_> {
                     complete.then(|| (lu - lb) - (pu - pb) * frequency / SPEED_OF_LIGHT_M_S)
                 })
                 .collect();
-            // One offset for all keeps biases near code minus phase: receiver clocks drift.
+            // One common offset keeps biases near code minus phase, since receiver clocks drift.
             let offsets: Vec<f64> = common
                 .iter()
                 .zip(&code_phase)

@@ -11,7 +11,7 @@ use crate::stations::epoch_input::{BaseView, RoverEpoch};
 use std::sync::Arc;
 
 impl EpochResult {
-    /// The result of an epoch without a better position than its single-point one.
+    /// The result of an epoch whose only position is the single-point position.
     pub(super) fn from_single(
         rover: &RoverEpoch,
         single: &SinglePoint,

@@ -41,16 +41,15 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Whether the integers of a fix are likely enough by their covariance to be held until something
-    /// contradicts them.
+    /// Whether the integers of a fix are likely enough by their covariance to be held until measurements
+    /// contradict them.
     pub(super) fn is_settled(&self, attempt: &Attempt) -> bool {
         let least = self.options.min_success_rate;
         least.is_none_or(|least| self.rests_on_held || attempt.success_rate >= least)
     }
 
-    /// Whether settled integers are right beyond reasonable doubt: at this epoch, or at an earlier one
-    /// of a run of fixes or of the time for which they are held, the phases spoke for them against
-    /// all others.
+    /// Whether settled integers are right beyond reasonable doubt: at this epoch, or at an earlier epoch of a
+    /// run of fixes or of the hold, the phases supported the integers against all others.
     pub(super) fn is_certain(
         &self,
         epoch: &EpochView<'_>,
@@ -80,8 +79,8 @@ impl<'a> Filter<'a> {
         self.options.ambiguity == AmbiguityMode::Instantaneous
     }
 
-    /// Variance of the mean of a satellite's phase difference between the receivers, by the model, since
-    /// its ambiguity began (cycle²).
+    /// Variance by the model of the mean phase difference of a satellite between the receivers, since the
+    /// satellite's ambiguity began (cycle²).
     pub(super) fn phase_variance_cycles2(
         &self,
         epoch: &EpochView<'_>,
@@ -229,7 +228,7 @@ impl<'a> Filter<'a> {
         of_satellites(residuals, &epoch.common)
     }
 
-    /// One search of the integers, with partial resolution if that is chosen.
+    /// One search of the integers, with partial resolution where the options require it.
     pub(super) fn attempt_by_rtklib(
         &self,
         resolution: &Resolution<'_>,
@@ -257,7 +256,7 @@ impl<'a> Filter<'a> {
         .map_err(|_| NotFixedReason::SearchFailed)
     }
 
-    /// Ambiguity resolution of this epoch: the accepted attempt, or why there is none.
+    /// Ambiguity resolution of this epoch: the accepted attempt, or the reason for a failure.
     pub(super) fn resolve(
         &mut self,
         epoch: &EpochView<'_>,
@@ -300,7 +299,7 @@ impl<'a> Filter<'a> {
         Ok(attempt)
     }
 
-    /// The attempt of this epoch with GLONASS, and without where that fails.
+    /// The attempt of this epoch with GLONASS, and without GLONASS where the first attempt fails.
     fn resolve_own(
         &self,
         epoch: &EpochView<'_>,
@@ -325,7 +324,7 @@ impl<'a> Filter<'a> {
             let resolution = self.resolution(common, zero, with_glonass);
             let state = conditioned.unwrap_or(&self.state);
             let pairs = resolution.pairs(state);
-            // Without GLONASS in sight the second try would be the first again.
+            // Without GLONASS satellites the second try would repeat the first.
             if tried.as_ref() == Some(&pairs) {
                 continue;
             }

@@ -1,12 +1,13 @@
-//! The measurement update, and which phases it used.
+//! The measurement update, and the record of the phases used.
 
 use super::{EpochView, Filter};
 use crate::float::state::FilterState;
 use crate::linear::double_row::DoubleRow;
 use crate::measurements::common::Common;
 
-/// Degrees of freedom that the model's own variance counts as.
+/// Weight of the model's variance, in degrees of freedom.
 const MISFIT_PRIOR: f64 = 30.0;
+/// Least ratio of the true variances to the model's.
 const LEAST_VARIANCE_FACTOR: f64 = 0.1;
 
 /// Kalman update with double differences; false where it fails.
@@ -55,9 +56,9 @@ impl Filter<'_> {
         ((squares + MISFIT_PRIOR) / (freedom + MISFIT_PRIOR)).clamp(LEAST_VARIANCE_FACTOR, 1.0)
     }
 
-    /// The update repeated with differences formed at the present state, from the state `prior`
-    /// before the first (the iterated extended Kalman filter; Bell and Cathey 1993). RTKLIB keeps the
-    /// present position and takes its covariance from before, where the policy follows its defects.
+    /// The update repeated with differences formed at the present state, from the state `prior` before the
+    /// first (the iterated extended Kalman filter; Bell and Cathey 1993). RTKLIB keeps the present position
+    /// with the covariance from before the update; a policy that reproduces RTKLIB's defects does so.
     pub(super) fn update_again(
         &mut self,
         prior: &FilterState,

@@ -31,7 +31,7 @@ pub(crate) struct Differencing<'a> {
     pub noise: &'a MeasuredNoise,
     /// Noise factor of each code of this epoch.
     pub inflation: &'a [[f64; 3]],
-    /// Codes without regard to phases.
+    /// Whether only codes are differenced.
     pub codes_alone: bool,
     /// Phases left out of this epoch: (common index, slot).
     pub excluded: &'a [(usize, usize)],
@@ -88,8 +88,8 @@ impl Differencing<'_> {
         self.rover[self.common[k].rover].elevation_rad
     }
 
-    /// The code noise measured; a code that is not the first of its ambiguity brings only as much
-    /// as its correlation in time leaves.
+    /// Factor of the measured code noise; a code that is not the first of its ambiguity has a weight reduced
+    /// by the correlation in time.
     fn measured_code_factor(&self, k: usize, slot: usize, state: &FilterState) -> f64 {
         let satellite = self.common[k].satellite;
         let count = if self.codes_alone || !self.uses_phase() {
@@ -100,7 +100,7 @@ impl Differencing<'_> {
         self.noise.of(self.system(k), slot).factor(count)
     }
 
-    /// The variance of a measurement, and that of an undisturbed one (m²).
+    /// The variance of a measurement, and the variance of an undisturbed measurement (m²).
     fn variances_m2(&self, k: usize, slot: usize, is_code: bool, state: &FilterState) -> [f64; 2] {
         let (u, b) = (
             &self.rover[self.common[k].rover],
@@ -238,8 +238,8 @@ impl Differencing<'_> {
         self.rover[self.common[k].rover].by_position_ecef
     }
 
-    /// The highest usable satellite (the later one on ties); where the policy requires it, one without a
-    /// slip, if there is any, and none of SBAS.
+    /// The highest usable satellite (the later one on ties); where the policy requires, preferably a
+    /// satellite without a slip, and no SBAS satellite.
     fn reference(&self, state: &FilterState, slot: usize, usable: &[usize]) -> Option<usize> {
         let calm_first = self.options.policy().prefers_calm_reference();
         let mut best: Option<(bool, f64, usize)> = None;
@@ -273,7 +273,7 @@ impl Differencing<'_> {
         } else if options.dynamics.is_some() {
             options.max_phase_innovation_m
         } else {
-            // The position itself is no better than a single-point one here.
+            // Here the position is no better than a single-point position.
             options
                 .max_phase_innovation_m
                 .max(options.max_code_innovation_m)

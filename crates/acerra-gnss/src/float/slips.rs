@@ -108,7 +108,7 @@ fn loss_of_lock(
     if m.phase_cycles[slot] == 0.0 {
         return;
     }
-    // The half-cycle flag of the arc: backward, RTKLIB takes the later epoch's as well.
+    // The half-cycle flag of the arc; backward, RTKLIB includes the later epoch's flag.
     track.flags |= current & LossOfLock::HALF_CYCLE;
     if (stored ^ current) & LossOfLock::HALF_CYCLE != 0 {
         track.flags |= LossOfLock::SLIP;
@@ -124,8 +124,8 @@ fn loss_of_lock(
     track.last_signal[receiver] = m.signal[slot];
 }
 
-/// Which common satellites' phases moved otherwise than their Doppler says, the receiver's clock
-/// taken off as the mean over the satellites that agree.
+/// Common satellites whose phase change disagrees with their Doppler shift, after removal of the receiver's
+/// clock as the mean over the satellites that agree.
 fn doppler_outliers(
     state: &FilterState,
     options: &PpkOptions,
@@ -163,7 +163,7 @@ fn doppler_outliers(
         .collect()
 }
 
-/// Remembers the phases of this epoch, for every satellite the filter knows.
+/// Stores the phases of this epoch for every satellite of the filter.
 pub(crate) fn remember(
     state: &mut FilterState,
     options: &PpkOptions,

@@ -23,7 +23,7 @@ pub(crate) struct Track {
     pub lock: i32,
     /// This epoch's flags: bit 0 slip, bit 1 half cycle.
     pub flags: u8,
-    /// Neither receiver has an unresolved half cycle now.
+    /// Whether neither receiver has an unresolved half cycle at this epoch.
     pub half_cycle_known: bool,
     /// Last loss-of-lock bits of rover and base.
     pub stored_lli: [u8; 2],
@@ -37,20 +37,20 @@ pub(crate) struct Track {
     pub last_signal: [Option<SignalCode>; 2],
     /// Geometry-free combination against the first slot at the last epoch (m).
     pub geometry_free_m: Option<f64>,
-    /// Took part in an accepted phase difference this epoch.
+    /// Whether the phase was part of an accepted phase difference at this epoch.
     pub valid: bool,
-    /// Took part in this epoch's ambiguity resolution.
+    /// Whether the phase was part of this epoch's ambiguity resolution.
     pub in_fix: bool,
-    /// Integer found with certainty, relative to those of its group.
+    /// Held integer, relative to the integers of the group.
     pub held: Option<f64>,
-    /// Codes used since the bias was last initialised, or since the position was where that lasts;
-    /// those noisier than usual count less.
+    /// Number of codes used since the bias (or, where the position outlasts biases, the position) was last
+    /// initialised; noisier codes count less.
     pub codes_used: f64,
-    /// Number of the present bias: another after every slip.
+    /// Number of the present bias, which changes at every slip.
     pub arc: u32,
-    /// Slips so far, flagged or not, whether the bias was kept or not.
+    /// Number of slips so far, flagged or not, whether the bias was kept or not.
     pub slips: u32,
-    /// When the present bias began.
+    /// Time at which the present bias began.
     pub began: Option<GpsTime>,
     /// Innovations rejected since the last reset.
     pub rejections: u32,
@@ -82,7 +82,7 @@ pub(crate) struct FilterState {
     pub exists: Vec<bool>,
     pub tracks: Vec<Track>,
     initial_bias_variance: f64,
-    /// The place by codes lasts longer than the biases do: its errors are the same after a slip.
+    /// Whether the position by codes outlasts the biases, so that its errors persist after a slip.
     codes_outlast_biases: bool,
     room: Room,
 }
@@ -103,7 +103,7 @@ impl Clone for FilterState {
         }
     }
 
-    /// As `clone`, in the memory that is there.
+    /// As `clone`, in the present memory.
     fn clone_from(&mut self, source: &Self) {
         let Self {
             position_states,
@@ -155,7 +155,7 @@ impl FilterState {
         state
     }
 
-    /// A copy, in memory that is to spare.
+    /// A copy, in spare memory where given.
     pub(crate) fn copied_into(&self, memory: Option<Self>) -> Self {
         match memory {
             Some(mut copy) => {
@@ -229,7 +229,7 @@ impl FilterState {
         track.held = None;
     }
 
-    /// Sets a state with this variance, uncorrelated with all others.
+    /// Sets a state with the variance `variance`, uncorrelated with all others.
     pub(crate) fn initialise(&mut self, index: usize, value: f64, variance: f64) {
         let n = self.x.len();
         self.x[index] = value;
@@ -274,7 +274,7 @@ impl FilterState {
         zeros_in(std::mem::take(&mut self.room.noise), size * size)
     }
 
-    /// As [`blank`](Self::blank), with this variance on the diagonal.
+    /// As [`blank`](Self::blank), with `variance` on the diagonal.
     pub(crate) fn white_noise(&mut self, size: usize, variance: f64) -> Vec<f64> {
         let mut noise = self.blank(size);
         noise

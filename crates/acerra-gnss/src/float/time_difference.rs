@@ -1,4 +1,4 @@
-//! Changes of phase from one epoch to the next, against each other: slips that nobody flagged.
+//! Detection of unflagged slips by comparing the changes of phases from one epoch to the next.
 //!
 //! From one epoch to the next, the phase differences between rover and base change only by the rover's motion
 //! and by one clock common to all signals. With four unknowns, most satellites check each other (as
@@ -18,7 +18,7 @@ const LEAST_FREEDOM: usize = 3;
 /// The change of one satellite's phase difference between two epochs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseChange {
-    /// Change less what geometry and satellite clocks predict for a rover at rest (m).
+    /// Change less the change predicted by geometry and satellite clocks for a rover at rest (m).
     pub change_m: f64,
     pub unit_ecef: [f64; 3],
     /// Standard deviation (m).
@@ -31,7 +31,7 @@ pub(crate) struct PhaseChange {
 pub(crate) struct Fit {
     /// Residual of each change (m).
     pub residuals_m: Vec<f64>,
-    /// Their robust scale in units of their standard deviations, at least one.
+    /// Robust scale of the residuals in units of their standard deviations, at least one.
     pub scale: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use super::kind::FileKind;
 
-/// Why a file could not be read. The caller adds the path.
+/// Reason for which a file could not be read. The caller adds the path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -19,7 +19,7 @@ pub enum ReadError {
         line: u64,
         /// Requirement of the format at this place.
         expected: &'static str,
-        /// The text that is there, shortened.
+        /// The text found, shortened.
         found: String,
     },
     /// A well-formed file of a kind or version that this reader does not understand.
@@ -61,7 +61,7 @@ pub enum ReadError {
     /// A zip archive that cannot be used.
     #[error("zip archive: {problem}")]
     Archive {
-        /// What is wrong with it.
+        /// The defect.
         problem: String,
     },
     /// A limit was reached; see [`super::Limits`].

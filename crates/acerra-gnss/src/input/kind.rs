@@ -38,7 +38,7 @@ pub enum FileKind {
     Antex,
     /// Nothing at all.
     Empty,
-    /// None of the above.
+    /// A file of any other kind.
     Unknown,
 }
 

@@ -1,13 +1,13 @@
 //! Bounds on what a reader accepts.
 
-/// Bounds that a reader keeps, whatever a file claims about itself.
+/// Bounds of a reader, independent of the sizes stated in a file.
 ///
 /// The defaults are far above any real log: a day of 10 Hz multi-GNSS RINEX 3 is about 2 GB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Most bytes taken from the input after any gzip decompression.
+    /// Largest number of bytes read, after any gzip decompression.
     pub max_bytes: u64,
-    /// Most bytes in one line of a text format.
+    /// Largest number of bytes in one line of a text format.
     pub max_line_bytes: usize,
 }
 

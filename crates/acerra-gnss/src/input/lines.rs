@@ -6,8 +6,8 @@ use super::error::ReadError;
 use super::limits::Limits;
 use super::report::ReadReport;
 
-/// A stream of lines. The RINEX readers take their lines from one, so that a decoder (Hatanaka)
-/// can be placed between them and the file.
+/// A stream of lines, the input of the RINEX readers: a decoder (Hatanaka) can be placed between reader and
+/// file.
 pub trait LineSource {
     /// Moves to the next line; false at the end.
     ///
@@ -26,9 +26,9 @@ pub trait LineSource {
     }
 }
 
-/// [`LineSource`] over a buffered reader. Line feeds end lines; a carriage return before one, and
-/// a Ctrl-Z at the end of a file, are dropped. Carriage returns end them where there is no line feed; a byte order
-/// mark before the first line is dropped.
+/// [`LineSource`] over a buffered reader. Line feeds end lines; a carriage return before one, and a Ctrl-Z at
+/// the end of a file, are dropped. Carriage returns end lines where there is no line feed; a byte order mark
+/// before the first line is dropped.
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: R,

@@ -21,21 +21,21 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why something in a file was not passed on.
+/// Reason for which data of a file were dropped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DropReason {
     /// A field that should hold a number does not; taken as absent.
     UnreadableNumber,
-    /// A satellite identifier that no supported system has; its observations are skipped.
+    /// A satellite identifier of no supported system; the satellite's observations are skipped.
     UnknownSatellite(String),
     /// An observation column whose type is not code, phase, Doppler or strength (X1, I1 …).
     PseudoObservation(String),
     /// An epoch line that cannot be read; lines up to the next epoch are skipped.
     UnreadableEpoch,
-    /// A line between records that belongs to none.
+    /// A line between records that belongs to no record.
     StrayLine,
-    /// The file ends inside an epoch or record; the incomplete one is dropped.
+    /// The file ends inside an epoch or record, which is dropped.
     CutOff,
     /// A satellite twice in one epoch; the first is kept.
     DuplicateSatellite,
@@ -53,7 +53,7 @@ pub enum DropReason {
     UnusedNavigationMessage(String),
     /// A broadcast record that was read before.
     DuplicateNavigationRecord,
-    /// A Hatanaka difference without the arc it refers to, or damaged.
+    /// A Hatanaka difference that is damaged or refers to a missing arc.
     BrokenDifference,
     /// UBX: checksum mismatch.
     Checksum,
@@ -99,9 +99,9 @@ pub enum DropReason {
     },
     /// RTCM 3: an epoch whose last message announces another that is missing; the present ones are kept.
     IncompleteEpoch,
-    /// RTCM 3: observations of another reference station than the first one.
+    /// RTCM 3: observations of another reference station than the first.
     OtherStation,
-    /// ANTEX: the calibration of an antenna, with a table that is not whole.
+    /// ANTEX: the calibration of an antenna with an incomplete table.
     UnreadableCalibration(String),
     /// A GLONASS phase whose frequency channel is not known.
     UnknownChannel,
@@ -175,8 +175,8 @@ pub struct ReadReport {
 }
 
 impl ReadReport {
-    /// Kinds of reason kept apart; past this, further new reasons of a file are merged into
-    /// [`DropReason::StrayLine`], so that noise cannot grow the report without bound.
+    /// Largest number of distinct reasons; further reasons of a file are merged into
+    /// [`DropReason::StrayLine`], which bounds the report's size.
     const MAX_REASONS: usize = 256;
 
     /// Counts `count` items under `reason`.
@@ -202,7 +202,7 @@ impl ReadReport {
         self.drop_many(reason, place, 1);
     }
 
-    /// How many items were dropped for `reason`.
+    /// Number of items dropped for `reason`.
     pub fn count(&self, reason: &DropReason) -> u64 {
         self.dropped
             .iter()

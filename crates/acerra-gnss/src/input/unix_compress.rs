@@ -31,9 +31,9 @@ const CLEAR: usize = 256;
 pub struct UnixCompressed<R> {
     inner: R,
     state: Option<State>,
-    /// Decoded bytes not handed out yet, the next one last.
+    /// Decoded bytes not returned yet, the next one last.
     ready: Vec<u8>,
-    /// Met behind the bytes last handed out.
+    /// Error behind the bytes last returned.
     failure: Option<io::Error>,
 }
 
@@ -50,7 +50,7 @@ struct State {
     group: Group,
 }
 
-/// Eight codes of one width: as many bytes as the width has bits.
+/// Eight codes of one width, which take as many bytes as the width has bits.
 #[derive(Debug, Default)]
 struct Group {
     bytes: Vec<u8>,
@@ -192,7 +192,7 @@ impl State {
         let mut at = code;
         match code.cmp(&self.next_code()) {
             std::cmp::Ordering::Less => {}
-            // The string about to be made: the last one and its first byte.
+            // The string about to be added: the last string and its first byte.
             std::cmp::Ordering::Equal => {
                 out.push(self.first);
                 at = previous;

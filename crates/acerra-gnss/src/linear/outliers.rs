@@ -1,4 +1,4 @@
-//! Which measurement contradicts the others: residuals after the update, against their noise.
+//! Detection of outliers: residuals after the update, relative to their noise.
 
 use super::double_row::DoubleRow;
 
@@ -12,11 +12,10 @@ pub(crate) struct Worst {
     pub normalised: f64,
 }
 
-/// The worst phase (or, with `of_codes`, code) among `rows`, of the satellites that `counts` lets
-/// in.
+/// The worst phase (or, with `of_codes`, code) among `rows`, over the satellites selected by `counts`.
 ///
 /// A double difference does not identify the faulty satellite: within each block the single differences are
-/// taken about their median, so that a faulty reference satellite is an outlier itself. Deviations are in
+/// taken about their median, so that a faulty reference satellite appears as an outlier. Deviations are in
 /// units of an undisturbed signal's noise, so that faulty weak signals are left out as well.
 pub(crate) fn worst(
     rows: &[DoubleRow],

@@ -1,6 +1,6 @@
 //! A measurement equation with few non-zero coefficients.
 
-/// Most coefficients of an equation: a position, two biases, and the bias between channels.
+/// Largest number of coefficients of an equation: a position, two biases, and the bias between channels.
 const LARGEST: usize = 6;
 
 /// A measurement equation with few non-zero coefficients.
@@ -12,7 +12,7 @@ pub(crate) struct SparseRow {
 }
 
 impl SparseRow {
-    /// An equation of these coefficients, at most six.
+    /// An equation with the given coefficients, at most six.
     pub(crate) fn new(coefficients: &[(usize, f64)], residual: f64) -> Self {
         let mut row = Self {
             coefficients: [(0, 0.0); LARGEST],
@@ -31,7 +31,7 @@ impl SparseRow {
         self.count += 1;
     }
 
-    /// States and the coefficients on them.
+    /// States and their coefficients.
     pub(crate) fn coefficients(&self) -> &[(usize, f64)] {
         &self.coefficients[..self.count]
     }

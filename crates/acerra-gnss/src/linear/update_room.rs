@@ -1,4 +1,4 @@
-//! Memory that the updates of a filter's state work in.
+//! Working memory of the updates of a filter's state.
 
 use super::sparse_row::SparseRow;
 
@@ -18,12 +18,12 @@ pub(crate) struct Room {
     pub residuals: Vec<f64>,
     /// States that exist.
     pub active: Vec<usize>,
-    /// Where among them each state is.
+    /// Index of each state among the active states.
     pub place: Vec<usize>,
 }
 
 impl Room {
-    /// Notes which states exist.
+    /// Stores which states exist.
     pub(crate) fn note_active(&mut self, exists: &[bool]) {
         self.active.clear();
         self.place.clear();
@@ -72,7 +72,7 @@ pub(crate) fn transpose(columns: &[f64], count: usize, to: &mut Vec<f64>) {
     }
 }
 
-/// Zeros in this memory.
+/// Zeros in the given memory.
 pub(crate) fn zeros_in(mut memory: Vec<f64>, count: usize) -> Vec<f64> {
     memory.clear();
     memory.resize(count, 0.0);

@@ -5,16 +5,16 @@ use std::sync::{Arc, OnceLock};
 use super::constellation::{SatelliteState, Unusable};
 use super::zero::ZeroDifference;
 
-/// Something of the two base epochs around each rover epoch.
+/// Data of the two base epochs around each rover epoch.
 pub(crate) struct AroundEpochs<T>(Vec<[OnceLock<Arc<[T]>>; 2]>);
 
 /// Zero differences of the base.
 pub(crate) type BaseZeros = AroundEpochs<ZeroDifference>;
-/// States of the satellites as the base received them, which hang on no mask.
+/// States of the satellites at the base's reception, which depend on no mask.
 pub(crate) type BaseStates = AroundEpochs<Result<SatelliteState, Unusable>>;
 
 impl<T> AroundEpochs<T> {
-    /// With capacity for this number of rover epochs.
+    /// An empty store for `rover_epochs` rover epochs.
     pub(crate) fn new(rover_epochs: usize) -> Self {
         let room = (0..rover_epochs).map(|_| [OnceLock::new(), OnceLock::new()]);
         Self(room.collect())

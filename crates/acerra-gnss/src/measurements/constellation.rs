@@ -11,8 +11,8 @@ use acerra_geo::time::GpsTime;
 
 /// A satellite with a predicted accuracy worse than this (m) is not used.
 const LARGEST_ORBIT_ERROR_M: f64 = 300.0;
-/// Standard deviation of precise orbits and clocks together (m): that of ultra-rapid ones; the
-/// satellite antenna's phase centre, which is not modelled, lies mostly along the clock.
+/// Standard deviation of precise orbits and clocks together (m), as of ultra-rapid products; errors of the
+/// satellite antenna's phase centre, which is not modelled, are mostly absorbed by the clock.
 const PRECISE_ERROR_M: f64 = 0.1;
 /// Galileo data source: clock parameters for E5b and E1 (I/NAV).
 const GALILEO_INAV_CLOCK: u32 = 1 << 9;
@@ -22,9 +22,9 @@ pub(crate) struct Constellation {
     ids: Vec<SatelliteId>,
     ephemerides: Vec<Vec<Broadcast>>,
     channels: Vec<Option<i8>>,
-    /// Precise orbits and clocks; a satellite in them is positioned by them alone.
+    /// Precise orbits and clocks, used exclusively for the satellites that they contain.
     precise: PreciseProducts,
-    /// Message types of Galileo other than I/NAV, and ephemerides of the future, are accepted.
+    /// Whether message types of Galileo other than I/NAV, and ephemerides of the future, are accepted.
     any_galileo: bool,
 }
 
@@ -39,14 +39,14 @@ pub(crate) struct SatelliteState {
     pub rates: Option<([f64; 3], f64)>,
 }
 
-/// Why a satellite has no state.
+/// Reason for which a satellite has no state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unusable {
     NoPseudorange,
     NoEphemeris,
-    /// Flagged unhealthy or too inaccurate by its message.
+    /// The satellite's message flags it as unhealthy or too inaccurate.
     Excluded,
-    /// The pseudorange does not fit the receiver's place and the other satellites'.
+    /// The pseudorange disagrees with the receiver's position and the other pseudoranges.
     ImplausiblePseudorange,
 }
 

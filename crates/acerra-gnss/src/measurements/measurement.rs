@@ -1,4 +1,4 @@
-//! Observations in the form the filter works on: dense satellite indices, 0 for "absent".
+//! Observations in the form of the filter: dense satellite indices, 0 for "absent".
 
 use super::constellation::Constellation;
 use super::noise::noise_power;
@@ -29,7 +29,7 @@ pub(crate) struct Measurement {
     pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     pub loss_of_lock: [u8; FREQUENCY_SLOTS],
     /// Slips reported in the whole log up to and including this epoch: two epochs with different counts have
-    /// a slip between them, whichever way the filter runs and however many epochs it skipped.
+    /// a slip between them, for both directions of the filter and any number of skipped epochs.
     pub slip_count: [u32; FREQUENCY_SLOTS],
     /// Carrier of the slot's signal; 0 when it carries no pseudorange or its channel is unknown.
     pub frequency_hz: [f64; FREQUENCY_SLOTS],
@@ -38,7 +38,7 @@ pub(crate) struct Measurement {
 }
 
 impl Measurement {
-    /// First pseudorange there is, lowest slot first; 0 when none.
+    /// First available pseudorange, lowest slot first; 0 when none.
     pub(crate) fn any_pseudorange_m(&self) -> f64 {
         self.code_m.into_iter().find(|&p| p != 0.0).unwrap_or(0.0)
     }
@@ -66,8 +66,8 @@ fn plausible(value: Option<f64>, largest: f64) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// The epochs of `data` in time order, tags at least the tolerance apart (of two nearer ones the
-/// first is kept).
+/// The epochs of `data` in time order, tags at least the tolerance apart (the first of two nearer epochs is
+/// kept).
 pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> Vec<Epoch> {
     let mut order: Vec<usize> = (0..data.epochs.len()).collect();
     order.sort_by_key(|&k| data.epochs[k].time);
@@ -140,7 +140,7 @@ pub(crate) fn epochs(data: &ObservationData, constellation: &Constellation) -> V
     result
 }
 
-/// Span over which a signal's usual strength is taken (s).
+/// Span over which a signal's usual strength is computed (s).
 const USUAL_STRENGTH_SPAN_S: f64 = 600.0;
 
 /// Compares every signal's C/N₀ with the upper quartile of that signal's values in the same span of time.

@@ -27,7 +27,7 @@ pub(crate) struct SignalView {
     pub sin_elevation: f64,
     /// Carrier-to-noise density at rover and base (dB-Hz), 0 where unknown.
     pub cn0_db_hz: [f64; 2],
-    /// [`noise_power`] of them.
+    /// [`noise_power`] of both densities.
     pub noise_power: [f64; 2],
 }
 
@@ -40,12 +40,12 @@ pub(crate) fn noise_power(cn0_db_hz: f64) -> f64 {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Separation {
     pub baseline_m: f64,
-    /// Time between them (s), for the receiver clocks' noise.
+    /// Time between the measurements (s), for the receiver clocks' noise.
     pub age_s: f64,
 }
 
 impl Separation {
-    /// At one place and time.
+    /// No separation in place and time.
     pub(crate) const NONE: Self = Self {
         baseline_m: 0.0,
         age_s: 0.0,
@@ -61,7 +61,7 @@ pub(crate) fn single_difference_variance_m2(
     single_difference_variances_m2(options, signal, separation)[0]
 }
 
-/// That variance, and that of an equal signal of unknown strength (m²).
+/// The variance of a single difference (m²), and the variance of an equal signal of unknown strength (m²).
 pub(crate) fn single_difference_variances_m2(
     options: &PpkOptions,
     signal: &SignalView,

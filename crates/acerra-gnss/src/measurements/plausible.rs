@@ -1,4 +1,5 @@
-//! Pseudoranges against the receiver's place: a wrong one puts its satellite to a wrong time.
+//! Check of pseudoranges against the receiver's position: a wrong pseudorange gives the satellite's state at
+//! a wrong time.
 
 use super::constellation::{Constellation, SatelliteState, Unusable};
 use super::measurement::Epoch;
@@ -11,15 +12,15 @@ use crate::orbits::geometry::line_of_sight;
 /// atmosphere and errors of the place, and within a microsecond, in which a satellite moves 4 mm.
 const LARGEST_DEPARTURE_M: f64 = 300.0;
 
-/// Marks the states of satellites whose pseudoranges do not fit a receiver at `place_ecef_m`; all of them
-/// where more than a third do not, as in an epoch with another one's tag. Returns whether any was marked.
+/// Marks the states of satellites whose pseudoranges disagree with a receiver at `place_ecef_m`; all states
+/// where more than a third disagree, as in an epoch with a wrong tag. Returns whether any state was marked.
 pub(crate) fn reject_implausible(
     constellation: &Constellation,
     epoch: &Epoch,
     states: &mut [Result<SatelliteState, Unusable>],
     place_ecef_m: [f64; 3],
 ) -> bool {
-    // The time scales of systems may be apart by their receivers' delays.
+    // The time scales of systems may differ by delays in the receivers.
     let scale = |system| match system {
         System::Qzss | System::Sbas => System::Gps,
         other => other,

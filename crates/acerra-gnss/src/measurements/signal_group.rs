@@ -12,7 +12,7 @@ pub(crate) const GROUPS: [&[System]; 6] = [
     &[System::Navic],
 ];
 
-/// Fixes without a group from which it is left out for good.
+/// Number of fixes without a group from which the group is left out for good.
 const LEAST_FIXES: u32 = 10;
 /// Number of fixes without a suspected group for each fix with it.
 const LEAST_ODDS: u32 = 10;
@@ -25,7 +25,7 @@ pub(crate) struct SignalGroup {
 }
 
 impl SignalGroup {
-    /// The system that the group is named after.
+    /// The first system of the group, which names the group.
     pub(crate) fn system(self) -> System {
         GROUPS[self.group][0]
     }
@@ -47,7 +47,7 @@ pub(crate) struct SuspectGroups {
 }
 
 impl SuspectGroups {
-    /// Groups known beforehand.
+    /// A record with groups that are known to be left out.
     pub(crate) fn known(left_out: Vec<SignalGroup>) -> Self {
         Self {
             records: Vec::new(),
@@ -59,7 +59,8 @@ impl SuspectGroups {
         &self.left_out
     }
 
-    /// Whether a group may cause the contradiction: few fixes were found with it, relative to those without.
+    /// Whether a group may cause a contradiction: few fixes were found with the group relative to fixes
+    /// without.
     pub(crate) fn may_contradict(&self, group: SignalGroup) -> bool {
         let record = self.records.iter().find(|r| r.group == group);
         record.is_none_or(|r| r.without >= LEAST_ODDS * r.with)

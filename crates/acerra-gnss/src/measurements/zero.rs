@@ -24,16 +24,16 @@ pub(crate) struct ZeroDifference {
     pub cn0_drop_db: [f64; FREQUENCY_SLOTS],
     /// Noise over carrier power in one hertz.
     pub noise_power: [f64; FREQUENCY_SLOTS],
-    /// Receiver to satellite.
+    /// Unit vector from receiver to satellite.
     pub unit_ecef: [f64; 3],
-    /// Derivative of the residuals with respect to the receiver's position: that direction and, where the
-    /// troposphere follows the height, the decrease of its delay upwards.
+    /// Derivative of the residuals with respect to the receiver's position: the unit vector and, where the
+    /// troposphere follows the height, the decrease of the tropospheric delay with height.
     pub by_position_ecef: [f64; 3],
     /// East and north of the direction to the satellite.
     pub horizontal: [f64; 2],
     /// Zero when the satellite is not used.
     pub elevation_rad: f64,
-    /// Its sine.
+    /// Sine of the elevation.
     pub sin_elevation: f64,
 }
 
@@ -45,7 +45,7 @@ impl ZeroDifference {
     }
 }
 
-/// Height over which the change of the tropospheric delay is taken (m).
+/// Height difference over which the change of the tropospheric delay is computed (m).
 const ABOVE_M: f64 = 10.0;
 
 fn above(place: &Geodetic) -> Geodetic {

@@ -2,9 +2,9 @@
 //!
 //! Where integers are held and confirmed, the float position's error is known: its difference from the fixed
 //! position. The square of this error in units of the stated covariance is one on average, if the codes'
-//! errors are as stated. Reflections that last longer than the log, or that delay all satellites of a side
-//! equally, show only here. The phases' residuals give the size of the phases' multipath, which lasts for
-//! minutes: an ambiguity follows it.
+//! errors are as stated. Reflections that last longer than the log, or that delay all satellites on one side
+//! equally, appear only in this error. The phases' residuals give the size of the phases' multipath, which
+//! lasts for minutes: an ambiguity follows this multipath.
 
 use crate::linear::outliers::median;
 use acerra_geo::time::GpsTime;
@@ -12,11 +12,11 @@ use acerra_geo::time::GpsTime;
 /// Time (s) over which a satellite's codes are averaged to find their lasting error: three times the largest
 /// lag of the semivariogram.
 pub(crate) const SPAN_S: f64 = 900.0;
-/// Time (s) after which reflections are others: one float error in each such span counts.
+/// Time (s) after which reflections have changed: one float error in each such span counts.
 const CORRELATION_S: f64 = 100.0;
-/// The time for phases (s), where too few are fixed to measure it. A reflection from the ground a height h
-/// below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for h = 1 m and
-/// satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
+/// Correlation time of phases (s), where too few phases are fixed to measure it. A reflection from the ground
+/// a height h below the antenna comes 2h·sin ε later, which changes by 2h·cos ε·dε/dt: at 45°, for h = 1 m
+/// and satellites that move by 0.12 mrad/s, a radian of phase in 180 s, for 0.5 m in 360 s.
 pub(crate) const PHASE_CORRELATION_S: f64 = 300.0;
 /// Weight of the noise as measured beforehand, in such spans.
 const PRIOR_SPANS: f64 = 2.0;
@@ -26,9 +26,9 @@ const LARGEST_FACTOR: f64 = 100.0;
 const FLOAT_FACTORS: [f64; 2] = [0.1, 10.0];
 /// Weight of `PRIOR_PHASE_FACTOR` against the residuals of fixes, in degrees of freedom.
 const PRIOR_FREEDOM: f64 = 20.0;
-/// Variance of phases over that of the model, before any are seen.
+/// Prior ratio of the variance of phases to the model's variance.
 const PRIOR_PHASE_FACTOR: f64 = 0.3;
-/// Bounds of the same.
+/// Bounds of this ratio.
 const PHASE_FACTORS: [f64; 2] = [0.02, 2.0];
 /// Variance of a phase difference between receivers by the model at 45° (cycle² of L1):
 /// 2·(3² + 3²·2) mm².
@@ -38,13 +38,13 @@ const MODEL_VARIANCE_CYCLES2: f64 = 54e-6 / (0.1903 * 0.1903);
 /// dimension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FloatMisfit {
-    /// Of all three dimensions.
+    /// Mean over all three dimensions.
     pub whole: f64,
     pub horizontal: f64,
     pub vertical: f64,
 }
 
-/// How an epoch's fix fits the measurements.
+/// Misfit between an epoch's fix and the measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Misfit {
     pub time: GpsTime,
@@ -61,13 +61,12 @@ pub(crate) struct Calibration {
     pub code_factor: f64,
     /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s).
     pub phase_walk_cycles2_s: f64,
-    /// Factors on the variances that the filter then states for float positions, horizontally and
-    /// vertically.
+    /// Factors on the filter's variances of float positions, horizontally and vertically.
     pub float_factors: [f64; 2],
 }
 
 impl Calibration {
-    /// Before any fix is known.
+    /// The calibration before any fix is known.
     pub(crate) fn prior() -> Self {
         Self {
             code_factor: 1.0,
@@ -76,11 +75,11 @@ impl Calibration {
         }
     }
 
-    /// From the misfits of a pass, in its order.
+    /// The calibration from the misfits of a pass, in the order of the pass.
     ///
     /// `rise_per_s` is the rate of rise of the residuals' semivariance, in units of the model's variance;
-    /// `lasting_ratio` is the variance of averaged codes as measured over that assumed in the pass, and
-    /// `expected_share` the expected variance over the one that guards the integers.
+    /// `lasting_ratio` is the measured variance of averaged codes over the variance assumed in the pass, and
+    /// `expected_share` the expected variance over the guarded variance.
     pub(crate) fn of(
         pass: &[Misfit],
         rise_per_s: Option<f64>,
@@ -99,8 +98,8 @@ impl Calibration {
             (mean * spans + PRIOR_SPANS * prior) / (spans + PRIOR_SPANS)
         };
         let code_factor = factor(|m| m.whole, 1.0, spans).clamp(1.0, LARGEST_FACTOR);
-        // The lasting error is drawn once a span: a large one is seen, a small one by chance does not show
-        // that other satellites' errors are small.
+        // The lasting error is drawn once a span: a large error is noticed, but a small error by chance does
+        // not imply that other errors are small.
         let draws = (length_s / SPAN_S).max(1.0);
         let float_factor = |of: fn(&FloatMisfit) -> f64| {
             let within = |spans| factor(of, expected_share, spans);

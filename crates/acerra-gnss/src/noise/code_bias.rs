@@ -3,7 +3,7 @@
 //! Code minus phase shows how codes vary, but not their constant error, which the ambiguity absorbs. At a fix
 //! the phases determine the receiver's place to centimetres, and the codes' residuals are their errors. The
 //! mean of a satellite's residuals over a time in which the varying part averages out is the lasting part:
-//! receivers' delays that differ between signals, and reflections that turn more slowly than the log is long.
+//! receivers' delays that differ between signals, and reflections whose phase changes little during the log.
 //! The mean square of these means over the satellites of a system, less the variance that the varying part
 //! has in a mean, is the variance of the lasting part (the method of moments of variance components).
 
@@ -25,10 +25,10 @@ type Group = (System, usize);
 /// Variances of the lasting part, in units of the model's.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LastingBiases {
-    /// Of each system and slot with fixes.
+    /// Variances by system and slot, where fixes exist.
     pub variances: BTreeMap<Group, Lasting>,
-    /// Variance of codes averaged over a span as measured over that assumed, over all groups; 1 without
-    /// measurements.
+    /// Ratio of the measured to the assumed variance of codes averaged over a span, over all groups; 1
+    /// without measurements.
     pub ratio: f64,
 }
 
@@ -49,7 +49,8 @@ struct Moments {
 }
 
 impl LastingBiases {
-    /// From the codes' residuals at the fixes of a pass; `noise` is the noise that the pass assumed.
+    /// The lasting biases from the codes' residuals at the fixes of a pass; `noise` is the noise assumed in
+    /// the pass.
     pub(crate) fn of(
         fixes: &[FixResiduals<'_>],
         constellation: &Constellation,
@@ -99,7 +100,7 @@ fn means(fixes: &[FixResiduals<'_>], constellation: &Constellation) -> Vec<(Grou
     let length_s = fixes
         .last()
         .map_or(0.0, |last| last.time.seconds_since(first.time).abs());
-    // Equal spans, none much shorter than the others.
+    // The log is divided into equal spans.
     let spans = (length_s / SPAN_S).round().max(1.0);
     for fix in fixes {
         let since_s = fix.time.seconds_since(first.time).abs();

@@ -5,10 +5,10 @@
 //! square of its change over a lag τ is σ²·(1 − ρ(τ)), the semivariogram: its sill is the variance, and its
 //! rise gives the autocorrelation ρ.
 //!
-//! Multipath lasts for minutes at a receiver at rest and for seconds at a flying one. Modelled as white noise
-//! it would average out ten times too fast, and float ambiguities that are cycles off would count as certain.
-//! The mean of n samples has the variance V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th sample is given the
-//! weight 1/V(n) − 1/V(n−1).
+//! Multipath lasts for minutes at a receiver at rest and for seconds at a flying one. Modelled as white
+//! noise, multipath would average out ten times too fast, and float ambiguities with errors of cycles would
+//! count as certain. The mean of n samples has the variance V(n) = σ²/n·(1 + 2Σ(1 − k/n)·ρ(k)); so the n-th
+//! sample is given the weight 1/V(n) − 1/V(n−1).
 
 use super::calibration::Calibration;
 use super::correlated::{CodeNoise, Lasting};
@@ -24,14 +24,14 @@ use crate::stations::epoch_input::RoverEpoch;
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredNoise {
     groups: Vec<[CodeNoise; FREQUENCY_SLOTS]>,
-    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s), where that is
-    /// measured; never less than the options say.
+    /// Growth of an ambiguity's variance by the multipath of its phase (cycle²/s), where measured; never less
+    /// than the value of the options.
     pub phase_walk_cycles2_s: Option<f64>,
     float_factors: [f64; 2],
 }
 
 impl MeasuredNoise {
-    /// Noise as the model states it.
+    /// The noise of the model.
     pub(crate) fn model() -> Self {
         Self {
             groups: vec![std::array::from_fn(|_| CodeNoise::model()); System::ALL.len()],
@@ -40,7 +40,7 @@ impl MeasuredNoise {
         }
     }
 
-    /// This noise as fixes have calibrated it.
+    /// This noise with a calibration by fixes.
     pub(crate) fn calibrated(mut self, calibration: Calibration) -> Self {
         for noise in self.groups.iter_mut().flatten() {
             noise.variance_factor *= calibration.code_factor;
@@ -50,8 +50,7 @@ impl MeasuredNoise {
         self
     }
 
-    /// Factors on the variances that the filter states for float positions, horizontally and
-    /// vertically.
+    /// Factors on the filter's variances of float positions, horizontally and vertically.
     pub(crate) fn float_factors(&self) -> [f64; 2] {
         self.float_factors
     }
@@ -62,7 +61,7 @@ impl MeasuredNoise {
         lasting / (lasting + varying)
     }
 
-    /// Expected variance of the mean of `count` codes over that which guards the integers.
+    /// Expected variance of the mean of `count` codes over the guarded variance.
     pub(crate) fn expected_share(&self, count: usize) -> f64 {
         let expected = self.sums(count, |lasting| lasting.expected);
         let guarded = self.sums(count, |lasting| lasting.guarded);

@@ -1,14 +1,15 @@
 //! Noise of a code that is correlated in time: the information of a further sample.
 
-/// A semivariogram rises still where its last value exceeds that at half the lag by this factor.
+/// A semivariogram counts as still rising where its last value exceeds its value at half the lag by this
+/// factor.
 const RISING: f64 = 1.25;
 /// Variance factors are kept within these bounds.
 const VARIANCE_FACTORS: [f64; 2] = [0.01, 100.0];
-/// Variance of multipath over that of the varying part.
+/// Ratio of the variance of lasting multipath to the variance of the varying part.
 const LASTING_SHARE: f64 = 0.25;
-/// Samples of one ambiguity after which each further one has the information of the last counted.
+/// Number of samples of one ambiguity after which every further sample has the information of the last.
 const LARGEST_COUNT: usize = 1_000;
-/// Least information of a sample, in units of the first's.
+/// Least information of a sample, in units of the first sample's information.
 const LEAST_INFORMATION: f64 = 1e-4;
 
 /// Noise of one system's codes on one frequency, in units of the model's variance.
@@ -16,7 +17,8 @@ const LEAST_INFORMATION: f64 = 1e-4;
 pub(crate) struct CodeNoise {
     /// Variance of a single code.
     pub(super) variance_factor: f64,
-    /// Variance of the n-th sample of a constant, by its additional information, over that of the first.
+    /// Variance of the n-th sample of a constant (by its additional information) over the variance of the
+    /// first sample.
     sample_factors: Vec<f64>,
     /// Variance of the mean of n samples of the varying part.
     mean_factors: Vec<f64>,
@@ -26,18 +28,18 @@ pub(crate) struct CodeNoise {
 
 /// Variance of the lasting part, in units of the model's.
 ///
-/// A variance assumed too small makes wrong integers look certain, one assumed too large makes
-/// float positions look worse than they are: the first is guarded against, the second is stated.
+/// A variance assumed too small makes wrong integers look certain, and a variance assumed too large makes
+/// float positions look too inaccurate: integers use an upper bound, float positions the expected value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lasting {
     /// An upper bound for the weights of codes and the trust in integers.
     pub guarded: f64,
-    /// The expected variance, for the errors that float positions state.
+    /// The expected variance, for the stated errors of float positions.
     pub expected: f64,
 }
 
 impl Lasting {
-    /// By the codes' model: no lasting part.
+    /// No lasting part, as in the codes' model.
     const NONE: Self = Self {
         guarded: 0.0,
         expected: 0.0,
@@ -53,7 +55,7 @@ impl Lasting {
 }
 
 impl CodeNoise {
-    /// The model's own noise: white, as large as stated.
+    /// The model's noise: white, with the stated variance.
     pub(super) fn model() -> Self {
         Self {
             variance_factor: 1.0,
@@ -63,8 +65,8 @@ impl CodeNoise {
         }
     }
 
-    /// Noise of this variance and autocorrelation at lags of 1, 2, … epochs, without the part that lasts
-    /// longer than any lag; `delays` are the variances of receivers' delays.
+    /// Noise with the variance `varying` and autocorrelations at lags of 1, 2, … epochs, without the part
+    /// that lasts longer than any lag; `delays` are the variances of receivers' delays.
     pub(super) fn new(varying: f64, delays: Lasting, correlation: impl Fn(usize) -> f64) -> Self {
         let (mut sum, mut moment) = (0.0, 0.0);
         let mut mean_factors = Vec::with_capacity(LARGEST_COUNT);
@@ -114,7 +116,7 @@ impl CodeNoise {
         self.mean_factors[count.saturating_sub(1).min(last)]
     }
 
-    /// Factor on the model's variance of a code that is the `count`-th of its ambiguity, from 0.
+    /// Factor on the model's variance of the `count`-th code (from 0) of an ambiguity.
     pub(crate) fn factor(&self, count: f64) -> f64 {
         let last = self.sample_factors.len() - 1;
         let place = (count as usize).min(last);
@@ -129,8 +131,7 @@ pub(super) fn noise_from_semivariogram(
 ) -> Option<CodeNoise> {
     let &(_, first) = curve.first()?;
     let &(last_lag, last) = curve.last()?;
-    // The sill is the mean of the longer lags; a curve that still rises at its end has not
-    // reached it.
+    // The sill is the mean of the longer lags; a curve that still rises at its end has not reached the sill.
     let tail = &curve[3 * curve.len() / 4..];
     let mean = tail.iter().map(|(_, v)| v).sum::<f64>() / tail.len() as f64;
     let halfway = curve.iter().find(|(lag, _)| 2 * lag >= last_lag)?.1;
@@ -181,7 +182,7 @@ mod tests {
         curve
     }
 
-    /// Variance of the mean of n samples, as the weights of the samples have it.
+    /// Variance of the mean of n samples by their weights.
     fn mean_variance(noise: &CodeNoise, n: u32) -> f64 {
         1.0 / (0..n)
             .map(|k| 1.0 / noise.factor(f64::from(k)))

@@ -1,10 +1,10 @@
-//! How fast phases wander by their multipath, measured from the residuals of fixes.
+//! Rate of the random walk of phases by multipath, measured from the residuals of fixes.
 //!
 //! The residuals of a fix are free of geometry, clocks and ambiguities. Half the mean square of their change
-//! over a lag is their semivariance: it starts at the white noise and rises by the lasting multipath. A float
-//! ambiguity follows the multipath. Its random walk has the mean rate of that rise over the time for which
-//! codes are averaged: for multipath that lasts longer this is its initial rate, 2σ²/τ of a Gauss–Markov
-//! process; for quicker multipath only σ² counts.
+//! over a lag is their semivariance: the semivariance starts at the white noise and rises by the lasting
+//! multipath. A float ambiguity follows the multipath as a random walk with the mean rate of this rise over
+//! the time for which codes are averaged: for longer-lasting multipath the initial rate, 2σ²/τ of a
+//! Gauss–Markov process; for quicker multipath only σ² matters.
 
 use crate::linear::outliers::{Standardised, median};
 use crate::measurements::common::Common;
@@ -12,7 +12,7 @@ use acerra_geo::time::GpsTime;
 
 /// Longest lag (s) over which the rise is measured: beyond it reflections have changed.
 const LARGEST_LAG_S: f64 = 100.0;
-/// Changes that a lag needs.
+/// Least number of changes of a lag.
 const LEAST_CHANGES: usize = 100;
 /// Changes beyond this many robust standard deviations are clipped.
 const LARGEST_SIGMA: f64 = 4.0;
@@ -22,7 +22,7 @@ const LARGEST_SIGMA: f64 = 4.0;
 pub(crate) struct NormalisedResidual {
     pub satellite: usize,
     pub slot: usize,
-    /// About its block's weighted mean, over the model's standard deviation.
+    /// Residual about the block's weighted mean, over the model's standard deviation.
     pub normalised: f64,
 }
 

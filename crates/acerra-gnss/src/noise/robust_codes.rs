@@ -1,4 +1,4 @@
-//! Factors on the variances of an epoch's codes: noise above the usual, and outliers.
+//! Factors on the variances of an epoch's codes, for unusual noise and for outliers.
 //!
 //! The noise measured over a whole log is too small for a minute under trees or next to a wall, where
 //! reflected signals are metres late. The codes of one epoch show this: the robust scale of their residuals
@@ -35,7 +35,7 @@ struct Member {
     weight: f64,
 }
 
-/// Inflation of the codes among `rows`, which are taken at a place near the rover's.
+/// Inflation of the codes among `rows`, which are formed at a position near the rover.
 pub(crate) fn inflation(rows: &[DoubleRow], satellites: usize) -> Inflation {
     let mut inflation = vec![[1.0; FREQUENCY_SLOTS]; satellites];
     let mut members = members(rows);
@@ -52,7 +52,7 @@ pub(crate) fn inflation(rows: &[DoubleRow], satellites: usize) -> Inflation {
             return inflation;
         };
         let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        // The residuals lack the part that the position and the offsets absorbed.
+        // The residuals lack the part absorbed by the position and the offsets.
         let took = members.len() as f64 / freedom as f64;
         let own = (SIGMA_PER_MAD * median(sizes)).powi(2) * took;
         let freedom = freedom as f64;

@@ -15,18 +15,17 @@ use crate::orbits::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::stations::epoch_input::RoverEpoch;
 use acerra_geo::geodesy::EnuFrame;
 
-/// Largest lag (s): beyond it multipath is another reflection.
+/// Largest lag (s): beyond this time multipath is from other reflections.
 const LARGEST_LAG_S: f64 = 300.0;
-/// Epochs that lags start from, at most.
+/// Largest number of epochs from which lags start.
 const LARGEST_STARTS: usize = 600;
-/// Differences that a lag needs.
+/// Least number of differences of a lag.
 const LEAST_DIFFERENCES: usize = 40;
 /// Differences beyond this many robust standard deviations are clipped.
 const LARGEST_SIGMA: f64 = 4.0;
-/// Standard deviations at the zenith of biases that last longer than any lag: receivers' delays
-/// that differ between satellites' signals (m). Correlators that see a chip's edge a nanosecond
-/// apart, as those of unlike receivers do, are the guard where integers are to be trusted; a third
-/// of that is expected.
+/// Standard deviations at the zenith of biases that last longer than any lag: receivers' delays that differ
+/// between satellites' signals (m). Integers are guarded against correlators that differ by a nanosecond at a
+/// chip's edge, as in unlike receivers; a third of this difference is expected.
 const DELAY_SIGMAS_M: Lasting = Lasting {
     guarded: 0.28,
     expected: 0.10,
@@ -60,11 +59,11 @@ struct Sample {
     /// Slips so far of rover and base: the ambiguity is constant while the counts are.
     slips: [u32; 2],
     code_minus_phase_m: f64,
-    /// Variance that the model states (m²).
+    /// Variance by the model (m²).
     variance_m2: f64,
 }
 
-/// Samples of all epochs, those of an epoch in ascending order of satellite and slot.
+/// Samples of all epochs, in ascending order of satellite and slot within an epoch.
 pub(super) struct Series {
     times_s: Vec<f64>,
     epochs: Vec<Vec<Sample>>,
@@ -134,8 +133,8 @@ impl Series {
         samples.any(|s| (s.system, s.slot) == (system, slot))
     }
 
-    /// The noise of the samples that `counts` (by system and slot) lets in; `None` where they are
-    /// too few.
+    /// The noise of the samples selected by `counts` (by system and slot); `None` where the samples are too
+    /// few.
     pub(super) fn noise(&self, counts: impl Fn(usize, usize) -> bool) -> Option<CodeNoise> {
         let interval_s = median(self.times_s.windows(2).map(|w| w[1] - w[0]).collect());
         if interval_s <= 0.0 {

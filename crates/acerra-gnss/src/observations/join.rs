@@ -8,7 +8,7 @@ use super::observation::{EPOCH_TOLERANCE_S, ObservationData, ObservationEpoch};
 
 /// Pauses longer than this many usual intervals count as gaps.
 const GAP_INTERVALS: f64 = 1.5;
-/// Approximate positions farther apart than this (m) are of two places.
+/// Largest distance (m) of approximate positions of one place.
 const SAME_PLACE_M: f64 = 10.0;
 /// Largest difference of pseudoranges of one receiver at one time tag between files, by rounding (m).
 const SAME_RANGE_M: f64 = 0.01;
@@ -16,9 +16,9 @@ const SAME_RANGE_M: f64 = 0.01;
 /// One file of a receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogPart {
-    /// What messages call it.
+    /// Name in messages.
     pub name: String,
-    /// Its content.
+    /// Content of the file.
     pub data: ObservationData,
 }
 
@@ -26,7 +26,7 @@ pub struct LogPart {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum JoinRemark {
-    /// Two files cover the same time: of an epoch in both, the earlier file's is kept.
+    /// Two files cover the same time: for an epoch in both, the earlier file's epoch is kept.
     Overlap {
         /// The two files.
         files: [String; 2],
@@ -48,21 +48,21 @@ pub enum JoinRemark {
     Marker {
         /// The two files.
         files: [String; 2],
-        /// Their markers.
+        /// The markers.
         markers: [String; 2],
     },
     /// The headers give different antennas.
     Antenna {
         /// The two files.
         files: [String; 2],
-        /// Their antennas.
+        /// The antennas.
         antennas: [String; 2],
     },
     /// The headers give places far apart.
     Place {
         /// The two files.
         files: [String; 2],
-        /// How far (m).
+        /// Distance (m).
         distance_m: f64,
     },
     /// A file without any epoch.
@@ -124,8 +124,8 @@ impl fmt::Display for JoinRemark {
 
 /// Joins the files of one receiver into one log, in order of time for any order of the files.
 ///
-/// The station is that of the earliest file; fields that it leaves blank come from later ones. Epochs in two
-/// files are used once: the earlier file's, with the satellites that only the later one has.
+/// The station is taken from the earliest file; blank fields are filled from later files. An epoch in two
+/// files is taken from the earlier file, with the satellites that only the later file has.
 ///
 /// ```
 /// use acerra_gnss::{LogPart, ObservationData, join_logs};
@@ -264,7 +264,7 @@ struct Shared {
 }
 
 impl Shared {
-    /// Compares an epoch with the one kept, which gets the satellites that it lacks.
+    /// Compares an epoch with the epoch kept, and adds the satellites that the latter lacks.
     fn take(&mut self, own: &mut ObservationEpoch, other: ObservationEpoch) {
         let (from, to) = self.span.unwrap_or((own.time, own.time));
         self.span = Some((from.min(own.time), to.max(own.time)));

@@ -34,7 +34,7 @@ impl LossOfLock {
 /// The measurements of one signal of one satellite at one epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignalObservation {
-    /// Which signal was tracked; gives the carrier frequency.
+    /// The signal tracked, which determines the carrier frequency.
     pub code: SignalCode,
     /// Pseudorange (m).
     pub pseudorange_m: Option<f64>,
@@ -82,7 +82,7 @@ impl SatelliteObservation {
         }
     }
 
-    /// The first pseudorange there is, lowest slot first (m).
+    /// The first available pseudorange, lowest slot first (m).
     #[must_use]
     pub fn first_pseudorange_m(&self) -> Option<f64> {
         self.signals.iter().flatten().find_map(|s| s.pseudorange_m)
@@ -98,7 +98,7 @@ pub struct ObservationEpoch {
     pub satellites: Vec<SatelliteObservation>,
 }
 
-/// How an event was recorded.
+/// Kind of recording of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EventKind {
     /// RINEX event flag 5.
@@ -114,7 +114,7 @@ pub enum EventKind {
 pub struct EventRecord {
     /// Time of the event in GPS time.
     pub time: GpsTime,
-    /// How it was recorded.
+    /// Kind of recording.
     pub kind: EventKind,
     /// The receiver's running count of events, where it gives one.
     pub count: Option<u32>,

@@ -24,3 +24,19 @@ pub struct RecordedSatellite {
     /// The signals that have at least one value or indicator, in the file's order.
     pub signals: Vec<SignalObservation>,
 }
+
+/// Adds a signal to its satellite; the first of two equal signals of an epoch is kept.
+pub(crate) fn add_signal(
+    satellites: &mut Vec<RecordedSatellite>,
+    satellite: SatelliteId,
+    signal: SignalObservation,
+) {
+    match satellites.iter_mut().find(|s| s.satellite == satellite) {
+        Some(known) if known.signals.iter().any(|s| s.code == signal.code) => {}
+        Some(known) => known.signals.push(signal),
+        None => satellites.push(RecordedSatellite {
+            satellite,
+            signals: vec![signal],
+        }),
+    }
+}

@@ -66,7 +66,7 @@ impl System {
         })
     }
 
-    /// Name as people write it, for messages.
+    /// Name for messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -174,7 +174,7 @@ pub struct SatelliteId {
 }
 
 impl SatelliteId {
-    /// A satellite, if the number is one that the system uses.
+    /// A satellite, if the system uses the number.
     #[must_use]
     pub const fn new(system: System, number: u8) -> Option<Self> {
         let (first, last) = system.number_range();

@@ -7,11 +7,11 @@ use super::recorded::{RecordedEpoch, RecordedSatellite};
 use super::satellite::System;
 use super::signal::{FREQUENCY_SLOTS, SignalCode};
 
-/// How the signal of a slot is chosen among those a receiver tracks.
+/// Rule for choosing the signal of a slot among the tracked signals.
 #[derive(Debug, Clone, Default)]
 pub enum SignalChoice {
-    /// One signal per system and slot for the whole file: the best of those listed here (the header's). A
-    /// satellite without this signal has an empty slot, so that no satellite ever changes signal. RTKLIB's
+    /// One signal per system and slot for the whole file: the best of the signals in the header, listed here.
+    /// A satellite without this signal has an empty slot, so that no satellite ever changes signal. RTKLIB's
     /// rule for RINEX 3.
     PerFile(HashMap<(System, usize), SignalCode>),
     /// For each satellite and epoch the best signal that has a pseudorange. RTKLIB's rule for
@@ -21,8 +21,8 @@ pub enum SignalChoice {
 }
 
 impl SignalChoice {
-    /// The per-file choice among the signals that a header lists for each system. Of equally
-    /// ranked ones the first listed wins.
+    /// The per-file choice among the signals that a header lists for each system. The first listed of equally
+    /// ranked signals wins.
     pub fn per_file(listed: impl IntoIterator<Item = (System, SignalCode)>) -> Self {
         let mut best: HashMap<(System, usize), (usize, SignalCode)> = HashMap::new();
         for (system, code) in listed {
@@ -67,7 +67,7 @@ pub fn rank(system: System, code: SignalCode) -> Option<usize> {
     order.find(code.attribute)
 }
 
-/// The epoch with one signal per slot, satellites ascending; satellites without any of these signals are left
+/// The epoch with one signal per slot, satellites ascending; satellites without any chosen signal are left
 /// out.
 pub fn select_signals(epoch: &RecordedEpoch, choice: &SignalChoice) -> ObservationEpoch {
     let mut satellites: Vec<SatelliteObservation> = epoch
@@ -108,7 +108,7 @@ fn select_for_satellite(
     out
 }
 
-/// A signal with a pseudorange goes before one without; then the rank decides.
+/// Signals with a pseudorange precede signals without; then the rank decides.
 fn preference(signal: &SignalObservation, rank: usize) -> (bool, usize) {
     (signal.pseudorange_m.is_none(), rank)
 }

@@ -24,16 +24,16 @@ use std::sync::Arc;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PpkOptions {
-    /// What is estimated.
+    /// Positioning mode.
     pub mode: PositioningMode,
     /// Forward, backward or combined.
     pub direction: FilterDirection,
     /// Number of frequency slots used, 1 (L1), 2 (L1+L2) or 3 (L1+L2+L5).
     pub frequencies: usize,
-    /// The rover's epochs before this time tag are not used, to within 25 ms. Slips flagged there
-    /// count at the first epoch that is.
+    /// The rover's epochs before this time tag are not used, to within 25 ms. Slips flagged at these epochs
+    /// count at the first epoch used.
     pub start: Option<GpsTime>,
-    /// Nor are those after this one.
+    /// The rover's epochs after this time tag are not used, to within 25 ms.
     pub end: Option<GpsTime>,
     /// Systems used.
     pub systems: SystemSet,
@@ -73,8 +73,8 @@ pub struct PpkOptions {
     pub hold_variance_cycles2: f64,
     /// Share of a GLONASS inter-channel fraction taken up at each hold.
     pub hold_gain: f64,
-    /// Keep integers outside the filter, so that they can be withdrawn, rather than feed them back
-    /// into it ([`RuleSet::Rtklib`]).
+    /// Keep integers outside the filter, so that integers can be withdrawn, instead of feeding them back into
+    /// the filter ([`RuleSet::Rtklib`]).
     pub revisable_hold: bool,
     /// Where fixing is poor, try other settings and use the fixes on which the passes agree better: a hold
     /// within the filter, and a C/N₀ mask where none is set.
@@ -93,18 +93,18 @@ pub struct PpkOptions {
     pub max_phase_innovation_m: f64,
     /// Largest code innovation (m).
     pub max_code_innovation_m: f64,
-    /// Largest phase residual in units of its standard deviation: satellites beyond it are left out of the
-    /// epoch, and of a fix; `None` disables the check.
+    /// Largest phase residual in units of its standard deviation: satellites with larger residuals are left
+    /// out of the epoch, and of a fix; `None` disables the check.
     pub max_phase_residual_sigma: Option<f64>,
-    /// Largest code residual in units of its standard deviation: satellites beyond it are left out of the
-    /// epoch, and a satellite that would begin there begins later; `None` disables the check.
+    /// Largest code residual in units of its standard deviation: satellites with larger residuals are left
+    /// out of the epoch, and a new satellite begins at a later epoch; `None` disables the check.
     pub max_code_residual_sigma: Option<f64>,
-    /// Least probability, from the covariance of the float ambiguities, that integers which pass
-    /// the ratio test are the right ones; `None` asks the ratio alone, which a wrong set passes
-    /// easily while few data contradict it.
+    /// Least probability, from the covariance of the float ambiguities, that integers which pass the ratio
+    /// test are the right ones; `None` uses the ratio test alone, which a wrong set passes easily while few
+    /// data contradict the set.
     pub min_success_rate: Option<f64>,
-    /// Weigh codes by their noise and its correlation in time as measured from code minus phase,
-    /// instead of by [`code_phase_ratio`](Self::code_phase_ratio) alone.
+    /// Weight codes by their noise and its correlation in time, measured from code minus phase, instead of by
+    /// [`code_phase_ratio`](Self::code_phase_ratio) alone.
     pub measure_code_noise: bool,
     /// Largest GDOP of a single-point position.
     pub max_gdop: f64,
@@ -118,12 +118,12 @@ pub struct PpkOptions {
     pub phase_error_elevation_m: f64,
     /// Phase error per 10 km of baseline (m).
     pub phase_error_baseline_m: f64,
-    /// Phase error of a signal of [`CN0_REFERENCE_DB_HZ`](Self::CN0_REFERENCE_DB_HZ); a weaker
-    /// one's variance is ten times larger for every 10 dB (m). 0 leaves signal strength out.
+    /// Phase error of a signal of [`CN0_REFERENCE_DB_HZ`](Self::CN0_REFERENCE_DB_HZ); a weaker one's variance
+    /// is ten times larger for every 10 dB (m). 0 ignores signal strength.
     pub phase_error_cn0_m: f64,
-    /// Reduce the weight of signals that are this much (dB) below their own usual strength, as signals
-    /// blocked or bent by an obstacle are: the standard deviation grows tenfold for every further 10 dB.
-    /// `None` disables this. Undisturbed signals keep their weight.
+    /// Drop (dB) below a signal's usual strength from which its weight is reduced, since obstacles may block
+    /// or bend the signal: the standard deviation grows tenfold for every further 10 dB. `None` disables
+    /// this. Undisturbed signals keep their weight.
     pub weak_signal_drop_db: Option<f64>,
     /// Weight weak signals by their C/N₀ where it implies more noise than their elevation does; signals of
     /// usual strength keep their weight.
@@ -163,7 +163,7 @@ pub struct PpkOptions {
     pub threads: usize,
     /// Report a single-point position where no better one exists.
     pub output_single: bool,
-    /// Whose rules are followed where RTKLIB and demo5 differ.
+    /// Program whose rules are followed where RTKLIB and demo5 differ.
     pub rules: RuleSet,
     /// Reproduce RTKLIB 2.4.3 b34 where it is wrong; for comparisons only.
     pub reproduce_defects: bool,

@@ -2,7 +2,7 @@
 
 use crate::observations::signal::FREQUENCY_SLOTS;
 
-/// What is estimated.
+/// Positioning mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PositioningMode {
     /// Each epoch alone from the rover's pseudoranges; needs no base.
@@ -14,7 +14,7 @@ pub enum PositioningMode {
     /// Carrier phase, rover at rest for the whole file.
     Static,
     /// Carrier phase between two receivers that both move, such as two antennas on one vehicle: the base's
-    /// place at each epoch is by its own codes, and the vector from base to rover is
+    /// position at each epoch is computed from the base's codes, and the vector from base to rover is
     /// [`Solution::baseline`](crate::Solution::baseline).
     MovingBase,
 }
@@ -32,20 +32,20 @@ impl PositioningMode {
 pub struct BaselineLength {
     /// Distance between the antennas' phase centres (m).
     pub length_m: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation of the length (m).
     pub sigma_m: f64,
 }
 
-/// In which direction of time the filter runs.
+/// Direction of time in which the filter runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FilterDirection {
     /// First epoch to last.
     Forward,
     /// Last epoch to first.
     Backward,
-    /// Both, each from a fresh start, then merged.
+    /// Both directions, each from a new initial state, then merged.
     Combined,
-    /// Both, the backward pass starting from the state the forward pass ended with, then merged.
+    /// Both directions, the backward pass starting from the final state of the forward pass, then merged.
     ///
     /// Where fixes must be confirmed ([`min_success_rate`](crate::PpkOptions::min_success_rate)) and
     /// ambiguities are kept between epochs, as [`Combined`](Self::Combined): a pass that starts from another
@@ -61,14 +61,14 @@ impl FilterDirection {
     }
 }
 
-/// How carrier ambiguities are resolved.
+/// Resolution of carrier ambiguities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AmbiguityMode {
-    /// Not at all: float solution.
+    /// No resolution: float solution.
     Off,
-    /// From the filter's float ambiguities, every epoch.
+    /// Integers from the filter's float ambiguities, every epoch.
     Continuous,
-    /// From each epoch alone.
+    /// Integers from each epoch alone.
     Instantaneous,
     /// As continuous, and after enough consecutive fixes the integers are fed back to the filter.
     FixAndHold,
@@ -81,18 +81,18 @@ pub enum GlonassAmbiguity {
     Off,
     /// Treated as integers (like receivers only).
     On,
-    /// Treated as integers after an inter-channel bias linear in the channel number, which is
-    /// estimated along with them (Wanninger 2012, "Carrier-phase inter-frequency biases of
-    /// GLONASS receivers"); left float after all where their phases contradict the other systems'.
+    /// Treated as integers after removal of an inter-channel bias linear in the channel number, which is
+    /// estimated with the ambiguities (Wanninger 2012, "Carrier-phase inter-frequency biases of GLONASS
+    /// receivers"); left float where the phases contradict the other systems.
     Auto,
-    /// Inter-channel biases are learnt during the hold, then GLONASS joins in.
+    /// Inter-channel biases are learnt during the hold, after which GLONASS is included.
     FixAndHold,
 }
 
-/// Where the base antenna's marker is.
+/// Position of the base antenna's marker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BasePosition {
-    /// Given (ECEF, m).
+    /// A given position (ECEF, m).
     Ecef([f64; 3]),
     /// The approximate position of the base's observation header, plus its antenna offset.
     Header,
@@ -133,14 +133,14 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// A multicopter's: it turns and climbs with metres per second squared.
+    /// The motion of a multicopter, with accelerations of metres per second squared.
     pub const DRONE: Self = Self {
         horizontal_noise: 3.0,
         vertical_noise: 1.0,
     };
 }
 
-/// Which established program's rules are followed where they differ.
+/// Program whose rules are followed where established programs differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RuleSet {
     /// RTKLIB 2.4.3.

@@ -1,13 +1,13 @@
 //! Rules of other programs that the engine can follow exactly: RTKLIB 2.4.3 b34 with its defects, and the
 //! demo5 branch (RTKLIB-EX).
 //!
-//! Every difference from the engine's own rules is one method here, so that the engine names the rule and not
-//! the program. Sources: RTKLIB 2.4.3 b34 and RTKLIB-EX 2.5.1, as they behave.
+//! Every difference from the engine's rules is one method here, so that the engine names the rule and not the
+//! program. Sources: observed behaviour of RTKLIB 2.4.3 b34 and RTKLIB-EX 2.5.1.
 
 use super::all::PpkOptions;
 use super::choices::{AmbiguityMode, PartialAmbiguity, PositioningMode, RuleSet};
 
-/// Rules by which a run differs from the engine's own.
+/// Rules of a run that differ from the engine's rules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Policy {
     demo5: bool,
@@ -23,9 +23,9 @@ impl PpkOptions {
         }
     }
 
-    /// Whether integers are kept outside the filter, where they can be withdrawn, and not fed back
-    /// into it.
-    pub(crate) fn holds_beside(&self) -> bool {
+    /// Whether integers are kept outside the filter, where they can be withdrawn, instead of being fed back
+    /// into the filter.
+    pub(crate) fn holds_outside_filter(&self) -> bool {
         self.revisable_hold && !self.policy().demo5 && self.ambiguity == AmbiguityMode::FixAndHold
     }
 
@@ -47,8 +47,7 @@ impl PpkOptions {
         self.policy().demo5 && self.doppler_slip_threshold_cycles_s > 0.0
     }
 
-    /// Factor on the standard deviation of the codes of single-point positions; `own` is the
-    /// engine's.
+    /// Factor on the standard deviation of the codes of single-point positions; `own` is the engine's factor.
     pub(crate) fn single_point_code_factor(&self, own: f64) -> f64 {
         if self.policy().demo5 {
             self.code_phase_ratio[0]
@@ -68,7 +67,7 @@ impl PpkOptions {
 }
 
 impl Policy {
-    /// Whether ambiguities are resolved by demo5's own procedure.
+    /// Whether ambiguities are resolved by demo5's procedure.
     pub(crate) const fn resolves_by_demo5(self) -> bool {
         self.demo5
     }
@@ -87,7 +86,7 @@ impl Policy {
         }
     }
 
-    /// Whether a new ambiguity waits as one after a slip does.
+    /// Whether a new ambiguity waits as long as an ambiguity after a slip.
     pub(crate) const fn new_ambiguities_wait(self) -> bool {
         self.demo5
     }
@@ -112,7 +111,7 @@ impl Policy {
         self.demo5
     }
 
-    /// Whether the reference satellite is to be one that did not slip, and none of SBAS.
+    /// Whether satellites with a slip and SBAS satellites are avoided as reference.
     pub(crate) const fn prefers_calm_reference(self) -> bool {
         self.demo5
     }
@@ -122,12 +121,12 @@ impl Policy {
         !self.demo5
     }
 
-    /// Factor on the limit of innovations where an ambiguity has only just begun.
+    /// Factor on the limit of innovations of a new ambiguity.
     pub(crate) const fn fresh_innovation_factor(self) -> f64 {
         if self.demo5 { 10.0 } else { 1.0 }
     }
 
-    /// Whether a phase with an innovation beyond its limit takes no part in a fix.
+    /// Whether a phase with an innovation beyond its limit is excluded from a fix.
     pub(crate) const fn rejected_phases_are_invalid(self) -> bool {
         self.demo5
     }
@@ -147,7 +146,7 @@ impl Policy {
         self.demo5 && rows >= 4
     }
 
-    /// Whether acceleration moves the position however uncertain that is.
+    /// Whether acceleration moves the position however uncertain the acceleration is.
     pub(crate) const fn always_accelerates(self) -> bool {
         !self.demo5
     }
@@ -171,7 +170,7 @@ impl Policy {
         }
     }
 
-    /// Age (s) whose clock noise an interpolation between two base epochs is given.
+    /// Age (s) that determines the clock noise of an interpolation between two base epochs.
     pub(crate) const fn interpolation_age_s(self, from_previous_s: f64, to_next_s: f64) -> f64 {
         if self.demo5 {
             from_previous_s.min(to_next_s)
@@ -180,12 +179,12 @@ impl Policy {
         }
     }
 
-    /// Whether pseudoranges that do not fit the receiver's place are refused.
+    /// Whether pseudoranges that disagree with the receiver's position are refused.
     pub(crate) const fn refuses_implausible(self) -> bool {
         !self.defects
     }
 
-    /// Rank of an epoch without a position among the numbers of qualities: the lower wins.
+    /// Rank of an epoch without a position among the numbers of qualities; the lower number wins.
     pub(crate) const fn rank_of_none(self) -> u8 {
         if self.defects { 0 } else { u8::MAX }
     }
@@ -195,7 +194,7 @@ impl Policy {
         self.defects
     }
 
-    /// Whether a repeated update keeps the present position and takes its covariance from before.
+    /// Whether a repeated update keeps the present position with the covariance from before the update.
     pub(crate) const fn repeats_from_present(self) -> bool {
         self.defects
     }

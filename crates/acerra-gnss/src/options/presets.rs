@@ -9,11 +9,11 @@ use crate::observations::satellite::{System, SystemSet};
 use crate::observations::signal::FREQUENCY_SLOTS;
 
 /// Least initial standard deviation of a phase bias of guarded runs (cycles): a bias begins at the code's
-/// error, and codes further off than the limit of innovations, 30 m, are refused: that limit is three
-/// deviations of about 10 m, 50 cycles of L1.
+/// error, and codes further off than the limit of innovations, 30 m, are refused: three standard deviations
+/// of about 10 m, 50 cycles of L1.
 const LEAST_BIAS_CYCLES: f64 = 50.0;
-/// Deviation of a single-point position that only serves to form differences (m): after 100,000 epochs it is
-/// still 3 m.
+/// Standard deviation of a single-point position that only serves to form differences (m): 3 m after
+/// averaging 100,000 epochs.
 const UNINFORMATIVE_SIGMA_M: f64 = 1e3;
 
 impl PpkOptions {
@@ -94,8 +94,8 @@ impl PpkOptions {
     /// single-point positions repaired by leaving out one satellite, the noisiest satellites left out of a
     /// fix that fails with all, a tropospheric delay that follows the height.
     ///
-    /// Undisturbed data are processed as without, but for that delay: the answer then stays
-    /// RTKLIB's to a millimetre horizontally, and to a few in height.
+    /// Undisturbed data are processed as without safeguards, except for this delay: the result agrees with
+    /// RTKLIB's to a millimetre horizontally, and to a few millimetres in height.
     #[must_use]
     pub fn with_safeguards(self) -> Self {
         Self {

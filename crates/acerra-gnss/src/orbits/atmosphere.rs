@@ -77,7 +77,8 @@ pub fn saastamoinen_m(place: &Geodetic, elevation_rad: f64, humidity: f64) -> f6
     (hydrostatic + wet) / elevation_rad.sin()
 }
 
-/// The place, or the one at height zero above it: RTKLIB's atmosphere is that of height zero below.
+/// The place, raised to height zero where it is lower: below height zero RTKLIB uses the atmosphere at height
+/// zero.
 pub(crate) fn not_below_zero_height(place: &Geodetic) -> Geodetic {
     Geodetic {
         height_m: place.height_m.max(0.0),
@@ -196,7 +197,7 @@ impl Niell {
         }
     }
 
-    /// The mapping at this elevation (rad); zero below the horizon or outside −1…20 km.
+    /// The mapping at an elevation (rad); zero below the horizon or outside −1…20 km.
     #[must_use]
     pub fn at(&self, elevation_rad: f64) -> Mapping {
         if !self.valid || elevation_rad <= 0.0 {

@@ -1,6 +1,6 @@
 //! Bit fields of navigation messages, most significant bit first.
 
-/// π as the interface documents of the systems define it for semicircles: cut, on purpose.
+/// π truncated as the interface documents of the systems define it for semicircles.
 #[expect(clippy::approx_constant, reason = "the systems' own value")]
 pub(crate) const SEMICIRCLE_RAD: f64 = 3.141_592_653_589_8;
 
@@ -100,7 +100,7 @@ pub(crate) fn crc24q(bytes: &[u8]) -> u32 {
     bytes.iter().fold(0, |crc, &byte| crc24q_step(crc, byte))
 }
 
-/// One more byte.
+/// The CRC after one more byte.
 pub(crate) fn crc24q_step(crc: u32, byte: u8) -> u32 {
     let index = (crc >> 16) as u8 ^ byte;
     crc << 8 & 0xFF_FFFF ^ CRC24Q[usize::from(index)]

@@ -10,10 +10,10 @@ const MU_GLONASS: f64 = 3.986_004_4e14;
 const J2_GLONASS: f64 = 1.082_625_7e-3;
 const EARTH_RADIUS_GLONASS_M: f64 = 6_378_136.0;
 const STEP_S: f64 = 60.0;
-/// Longest integration (s): the selection of ephemerides limits it to half an hour; a longer extrapolation is
-/// meaningless, and its time must be bounded.
+/// Longest integration (s), which bounds the computing time: the selection of ephemerides limits integrations
+/// to half an hour, and longer extrapolations are meaningless.
 const LONGEST_S: f64 = 86_400.0;
-/// Steps either way whose ends are kept: half an hour.
+/// Number of steps in either direction whose states are kept: half an hour.
 const NODES: usize = 30;
 
 /// Position (m) and velocity (m/s).
@@ -31,7 +31,7 @@ pub(crate) struct GlonassNodes {
 }
 
 impl GlonassNodes {
-    /// Position and clock at `t` by the ephemeris whose nodes these are.
+    /// Position and clock at `t` by the ephemeris `e` of these nodes.
     pub(crate) fn orbit_at(&self, e: &GlonassEphemeris, t: GpsTime) -> OrbitState {
         let dt = t.seconds_since(e.toe);
         let mut state = initial(e);

@@ -4,9 +4,9 @@ use acerra_geo::time::GpsTime;
 
 use super::state::EARTH_ROTATION_RAD_S;
 
-/// Positions that an interpolation takes.
+/// Number of positions of an interpolation.
 pub(super) const NODES: usize = 11;
-/// Steps between positions that differ by more than this factor hold a gap.
+/// Ratio of steps between positions above which a step is a gap.
 const STEP_RATIO: f64 = 1.5;
 
 /// The eleven positions around `t`, as central as possible; `None` where `t` is not between the first and the
@@ -29,8 +29,8 @@ pub(super) fn window(nodes: &[(GpsTime, [f64; 3])], t: GpsTime) -> Option<&[(Gps
 
 /// The position at `t` (ECEF at `t`, m) by Neville's scheme.
 ///
-/// The positions are turned into the axes at `t` before: in axes that do not rotate, the path is
-/// the smooth one of an orbit (Schenewerk, GPS Solutions 6, 2003).
+/// The positions are first rotated into the axes at `t`, since an orbit is smooth in axes that do not rotate
+/// (Schenewerk, GPS Solutions 6, 2003).
 pub(super) fn orbit(nodes: &[(GpsTime, [f64; 3])], t: GpsTime) -> [f64; 3] {
     let mut table: Vec<(f64, [f64; 3])> = nodes
         .iter()
@@ -110,7 +110,7 @@ mod tests {
                 assert!((found - truth).abs() < 1e-3, "{after_s}: {found} {truth}");
             }
         }
-        // At the ends all positions lie on one side: still within centimetres.
+        // At the ends, where all positions lie on one side, errors are still centimetres.
         let t = start() + 450.0;
         let found = orbit(window(&nodes, t).unwrap(), t);
         for (found, truth) in found.iter().zip(position(450.0)) {

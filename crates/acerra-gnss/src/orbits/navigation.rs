@@ -135,7 +135,7 @@ pub enum Ephemeris {
 }
 
 impl Ephemeris {
-    /// The satellite it belongs to.
+    /// The satellite of the ephemeris.
     #[must_use]
     pub const fn satellite(&self) -> SatelliteId {
         match self {
@@ -182,7 +182,7 @@ impl Ephemeris {
         }
     }
 
-    /// Predicted accuracy, one sigma (m); 5 m for GLONASS, which broadcasts none that is used.
+    /// Predicted accuracy, one sigma (m); 5 m for GLONASS, whose broadcast accuracy is not used.
     #[must_use]
     pub const fn accuracy_m(&self) -> f64 {
         match self {
@@ -207,9 +207,9 @@ pub struct Klobuchar {
 pub struct Navigation {
     /// Ephemerides in any order; [`normalise`](Self::normalise) puts them into selection order.
     pub ephemerides: Vec<Ephemeris>,
-    /// Ionosphere coefficients, the last ones read; `None` when absent or all zero.
+    /// Ionosphere coefficients read last; `None` when absent or all zero.
     pub klobuchar: Option<Klobuchar>,
-    /// Precise orbits and clocks. Satellites in them are positioned by them alone.
+    /// Precise orbits and clocks, used exclusively for the satellites that they contain.
     pub precise: PreciseProducts,
 }
 
@@ -220,7 +220,7 @@ impl Navigation {
         self.ephemerides.is_empty() && self.precise.is_empty()
     }
 
-    /// Adds the data of another file; its ionosphere coefficients, if any, replace the earlier ones.
+    /// Adds the data of another file, whose ionosphere coefficients, if any, replace the earlier ones.
     pub fn merge(&mut self, other: Self) {
         self.precise.merge(other.precise);
         self.ephemerides.extend(other.ephemerides);

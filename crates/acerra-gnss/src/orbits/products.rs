@@ -1,4 +1,4 @@
-//! Precise products, and the state of a satellite by them.
+//! Precise products, and satellite states from them.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ impl<T> Default for Series<T> {
 }
 
 impl<T> Series<T> {
-    /// Adds a value; of two at one time the first stays.
+    /// Adds a value; the first of two values at one time is kept.
     pub(crate) fn insert(&mut self, time: GpsTime, value: T) {
         let at = self.0.partition_point(|(t, _)| *t < time);
         if self.0.get(at).is_none_or(|(t, _)| *t != time) {
@@ -42,7 +42,7 @@ impl<T> Series<T> {
     }
 }
 
-/// Why precise products give no state of a satellite at a time.
+/// Reason for which precise products give no state of a satellite at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PreciseGap {
@@ -71,13 +71,13 @@ pub struct PreciseProducts {
 }
 
 impl PreciseProducts {
-    /// Whether there are no positions in them.
+    /// Whether the products have no positions.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.orbits.is_empty()
     }
 
-    /// Whether a satellite has positions and clocks in them, at whatever time.
+    /// Whether the products have positions and clocks of a satellite, at any time.
     #[must_use]
     pub fn holds(&self, satellite: SatelliteId) -> bool {
         self.orbits.contains_key(&satellite)
@@ -98,7 +98,7 @@ impl PreciseProducts {
         Some((first, last))
     }
 
-    /// Adds the data of another file; of two values at one time the present one stays.
+    /// Adds the data of another file; of two values at one time the present value is kept.
     pub fn merge(&mut self, other: Self) {
         for (satellite, series) in other.orbits {
             self.orbits.entry(satellite).or_default().extend(series);
@@ -114,10 +114,9 @@ impl PreciseProducts {
         }
     }
 
-    /// Position and clock at GPS time `t`: a polynomial of tenth degree through eleven positions,
-    /// straight lines between clocks (those of a clock file where it has the satellite), and the
-    /// periodic relativistic correction −2 r·v/c² (IS-GPS-200, 20.3.3.3.3.1), which products leave
-    /// to the user.
+    /// Position and clock at GPS time `t`: a polynomial of tenth degree through eleven positions, straight
+    /// lines between clocks (from a clock file where it contains the satellite), and the periodic
+    /// relativistic correction −2 r·v/c² (IS-GPS-200, 20.3.3.3.3.1), which products leave to the user.
     ///
     /// # Errors
     /// [`PreciseGap`] where interpolation is not possible; there is no extrapolation.

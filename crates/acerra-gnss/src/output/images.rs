@@ -1,4 +1,4 @@
-//! Positions of images: the events that a camera's shutter made, with the images' names.
+//! Positions of images: the events of a camera's shutter, with the images' names.
 
 use std::io::{self, Write};
 
@@ -7,11 +7,11 @@ use acerra_geo::geodesy::EnuFrame;
 use crate::solution::{EventPosition, PpkSolution};
 use acerra_geo::geoid::GeoidGrid;
 
-/// Why images have no positions.
+/// Reason for which images have no positions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// The numbers of images and events must be equal, since nothing else assigns them.
+    /// Different numbers of images and events, which are assigned by their order only.
     #[error("expected as many images as events: {events} events, found {images} images")]
     Counts {
         /// Events in the rover's log.
@@ -21,20 +21,20 @@ pub enum ImageError {
     },
 }
 
-/// An image with the event that it was taken at.
+/// An image with its event.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImagePosition {
     /// Name of the image.
     pub image: String,
-    /// When and where.
+    /// Time and position of the event.
     pub event: EventPosition,
 }
 
 /// Pairs images with events: the first image, in the order given, with the first event, and so on.
 ///
 /// # Errors
-/// [`ImageError::Counts`] where the numbers differ. There is no guess: one missed shutter pulse would put
-/// every later image in the wrong place.
+/// [`ImageError::Counts`] where the numbers differ. Nothing is guessed: one missed shutter pulse would
+/// displace every later image.
 pub fn position_images(
     images: &[String],
     solution: &PpkSolution,
@@ -62,7 +62,7 @@ pub fn position_images(
 /// with commas or quotes are quoted.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_images(
     mut out: impl Write,
     images: &[ImagePosition],

@@ -13,8 +13,8 @@ pub use residuals::write_residuals;
 
 use crate::solution::PpkSolution;
 
-/// A solution without the epochs whose standard deviation along any axis (ECEF), with a moving base that of
-/// the baseline, is larger than `max_m`, and the number of these epochs (RTKLIB's `out-maxsolstd`).
+/// A solution without the epochs whose standard deviation along any axis (ECEF; of the baseline with a moving
+/// base) is larger than `max_m`, and the number of these epochs (RTKLIB's `out-maxsolstd`).
 #[must_use]
 pub fn within_sigma(solution: &PpkSolution, max_m: f64) -> (PpkSolution, usize) {
     let mut kept = solution.clone();

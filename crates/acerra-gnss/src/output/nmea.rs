@@ -12,14 +12,13 @@ const KNOT_M_S: f64 = 1852.0 / 3600.0;
 
 /// Writes GGA, RMC and GST for every position, in UTC, as talker `GN`.
 ///
-/// GGA gives the height above the geoid of `geoid` and the geoid's above the ellipsoid; without a
-/// geoid, or outside its grid, the ellipsoidal height and a separation of 0, so that the sum is
-/// right in either case. Dilutions of precision are not known here and left empty; so are speed and
-/// course where no velocity was estimated. Quality: 4 fixed, 5 float, 2 differential code, 1
-/// single, 9 SBAS, 3 PPP.
+/// GGA gives the height above the geoid of `geoid` and the geoid's height above the ellipsoid; without a
+/// geoid, or outside its grid, the ellipsoidal height and a separation of 0, so that the sum is right in
+/// either case. Dilutions of precision are not known and left empty, as are speed and course where no
+/// velocity was estimated. Quality: 4 fixed, 5 float, 2 differential code, 1 single, 9 SBAS, 3 PPP.
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_nmea(
     mut out: impl Write,
     solution: &PpkSolution,
@@ -54,9 +53,9 @@ fn time_and_date(epoch: &Solution) -> [String; 2] {
     ]
 }
 
-/// An angle as degrees and minutes with seven decimals, and the letter of its side.
+/// An angle as degrees and minutes with seven decimals, and the letter of the hemisphere.
 fn degrees_minutes(degrees: f64, width: usize, sides: [char; 2]) -> String {
-    // Rounded before it is split, so that no 60 minutes come out.
+    // The angle is rounded before it is split, so that minutes never reach 60.
     let units = (degrees.abs() * 60e7).round() as i64;
     let (whole, minutes) = (units / 600_000_000, units % 600_000_000);
     let side = sides[usize::from(degrees < 0.0)];

@@ -12,7 +12,7 @@ use crate::solution::PpkSolution;
 /// `fixed` (0 or 1).
 ///
 /// # Errors
-/// Those of the writer.
+/// Errors of the writer.
 pub fn write_residuals(mut out: impl Write, solution: &PpkSolution) -> io::Result<()> {
     writeln!(
         out,

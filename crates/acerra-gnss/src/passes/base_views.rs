@@ -20,7 +20,7 @@ impl Prepared<'_> {
 
     fn new_base_zero(&self, index: usize, rover: usize) -> Vec<ZeroDifference> {
         let epoch = &self.base[index];
-        // Ephemerides are chosen by the rover's tag, so that both ends use the same ones.
+        // Ephemerides are chosen by the rover's tag, so that both ends use the same ephemerides.
         let mut states = self
             .base_states
             .get(rover, index, || {
@@ -41,7 +41,7 @@ impl Prepared<'_> {
         )
     }
 
-    /// Where the base's antenna is taken to be at one of its epochs.
+    /// Assumed position of the base's antenna at one of the base's epochs.
     fn base_place_ecef_m(&self, index: usize) -> [f64; 3] {
         let own = self.base_track.and_then(|track| track.at(index));
         own.map_or(self.base_position_ecef_m, |point| point.position_ecef_m)
@@ -64,7 +64,7 @@ impl Prepared<'_> {
         })
     }
 
-    /// The base's data that go with a rover epoch in a pass of this direction.
+    /// The base's data for a rover epoch in a pass of the given direction.
     pub(crate) fn base_view(&self, rover_index: usize, backward: bool) -> Option<BaseView<'_>> {
         let rover = &self.rover[rover_index].epoch;
         if self.options.mode == PositioningMode::Single {
@@ -91,8 +91,8 @@ impl Prepared<'_> {
         })
     }
 
-    /// Base residuals interpolated linearly between its epochs around the rover's tag; satellites
-    /// that slip in between are left out. `None` where there is nothing to interpolate.
+    /// Base residuals interpolated linearly between the base's epochs around the rover's tag; satellites that
+    /// slip in between are left out. `None` where interpolation is not possible.
     fn interpolated(&self, rover_index: usize, backward: bool) -> Option<BaseView<'_>> {
         let rover = &self.rover[rover_index].epoch;
         let after = self
@@ -116,7 +116,7 @@ impl Prepared<'_> {
             self.base_zero(after, rover_index),
         );
         let span_s = from_previous_s - from_next_s;
-        // The epoch that flags and phases are taken from is the one the filter meets first.
+        // Flags and phases are taken from the epoch that the filter processes first.
         let (kept, other) = if backward {
             (after, before)
         } else {

@@ -15,7 +15,7 @@ const LARGEST_STATIC_DISTANCE_M: f64 = 0.1;
 
 /// Merges results in ascending order with results in descending order.
 ///
-/// Of different qualities the better wins ("no solution" ranks last); equal ones are averaged by
+/// The better of two qualities wins ("no solution" ranks last); results of equal quality are averaged by
 /// their information, and two fixes that disagree are reported as float.
 pub(crate) fn combine(
     forward: Vec<EpochResult>,

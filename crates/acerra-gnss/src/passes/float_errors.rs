@@ -20,7 +20,7 @@ pub(crate) struct FloatErrors {
 }
 
 impl FloatErrors {
-    /// Errors as filters state them, independent in both passes.
+    /// The filters' stated errors, independent in both passes.
     pub(crate) const AS_STATED: Self = Self {
         factors: [1.0; 2],
         correlation: 0.0,
@@ -44,8 +44,8 @@ impl FloatErrors {
         }
     }
 
-    /// Factor on the covariance of the weighted mean of two passes, for their common errors; `variances_m2`
-    /// are those of the passes.
+    /// Factor on the covariance of the weighted mean of two passes, for their common errors, from the
+    /// variances of the passes (m²).
     pub(crate) fn of_mean(&self, [a, b]: [f64; 2]) -> f64 {
         // Weights of inverse variances: the cross term over the variance of the mean.
         1.0 + 2.0 * self.correlation * (a * b).sqrt() / (a + b)
@@ -62,10 +62,11 @@ mod tests {
             correlation,
             ..FloatErrors::AS_STATED
         };
-        // The mean of two equal estimates has half the variance of one, or that of one.
+        // The mean of two equal estimates has half the variance of one (independent), or the same variance
+        // (fully correlated).
         assert!((with(0.0).of_mean([2.0, 2.0]) - 1.0).abs() < 1e-12);
         assert!((with(1.0).of_mean([2.0, 2.0]) - 2.0).abs() < 1e-12);
-        // A far worse one adds no information.
+        // A far worse estimate adds no information.
         assert!(with(1.0).of_mean([2.0, 2e6]) < 1.01);
     }
 }

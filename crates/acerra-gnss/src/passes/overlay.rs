@@ -4,11 +4,11 @@ use crate::filter::epoch_result::EpochResult;
 use crate::observations::observation::EPOCH_TOLERANCE_S;
 use crate::solution::{NotFixedReason, Quality};
 
-/// Fixes further apart than this (m) are of different integers.
+/// Distance (m) beyond which fixes have different integers.
 const DIFFERENT_PLACE_M: f64 = 0.1;
 
-/// Inserts the fixes of `other` where `results` have none. Of two fixes at different places the one that a
-/// pass in the other direction found too is used, else neither.
+/// Inserts the fixes of `other` where `results` have none. Of two fixes at different places the fix confirmed
+/// by a pass in the other direction is used, otherwise neither.
 pub(crate) fn overlay(results: &mut [EpochResult], other: Vec<EpochResult>) {
     let mut other = other.into_iter().peekable();
     for result in results {

@@ -21,18 +21,18 @@ use crate::stations::epoch_input::RoverEpoch;
 use crate::stations::moving_base::BaseTrack;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Everything that both directions share.
+/// Inputs shared by both directions.
 pub(crate) struct Prepared<'a> {
     pub constellation: &'a Constellation,
     pub options: &'a PpkOptions,
-    /// Those of the trial pass.
+    /// Options of the trial pass.
     pub trial_options: &'a PpkOptions,
     pub rover: &'a [RoverEpoch],
     pub base: &'a [Epoch],
     pub base_zeros: &'a BaseZeros,
     pub base_states: &'a BaseStates,
     pub base_context: SingleContext<'a>,
-    /// Where a moving base was.
+    /// Positions of a moving base.
     pub base_track: Option<&'a BaseTrack>,
     pub base_position_ecef_m: [f64; 3],
     pub noise: MeasuredNoise,
@@ -40,9 +40,9 @@ pub(crate) struct Prepared<'a> {
     pub left_out: Vec<SignalGroup>,
 }
 
-/// What a trial pass found.
+/// Results of a trial pass.
 pub(crate) struct Trial {
-    /// As the pass alone can vouch for them.
+    /// Results confirmed by the pass alone.
     pub results: Vec<EpochResult>,
     /// The results before any fix is confirmed, in the order of processing.
     pub unconfirmed: Vec<EpochResult>,
@@ -50,7 +50,7 @@ pub(crate) struct Trial {
 }
 
 impl<'a> Prepared<'a> {
-    /// A filter at its start.
+    /// A filter in its initial state.
     pub(crate) fn filter(&'a self) -> Filter<'a> {
         self.filter_with(self.options)
     }
@@ -59,8 +59,8 @@ impl<'a> Prepared<'a> {
         Filter::new(self.constellation, options, &self.noise).without_groups(self.left_out.clone())
     }
 
-    /// Whether a trial pass has anything to decide: GLONASS ambiguities where that is left to the
-    /// data, and the noise where it is measured.
+    /// Whether a trial pass is needed: to decide on GLONASS ambiguities where the decision is left to the
+    /// data, or to measure the noise.
     pub(crate) fn needs_trial(options: &PpkOptions) -> bool {
         options.mode.uses_phases()
             && (options.glonass_ambiguity == GlonassAmbiguity::Auto || options.measure_code_noise)
@@ -71,7 +71,7 @@ impl<'a> Prepared<'a> {
         let backward = self.options.direction == FilterDirection::Backward;
         let mut filter = self.filter_with(self.trial_options);
         let unconfirmed =
-            self.beside_look_ahead(backward, watch, || self.run(&mut filter, backward, watch))?;
+            self.with_look_ahead(backward, watch, || self.run(&mut filter, backward, watch))?;
         let mut results = unconfirmed.clone();
         self.confirm_alone(&filter, &mut results);
         Ok(Trial {
@@ -84,12 +84,7 @@ impl<'a> Prepared<'a> {
     /// The result of `pass`, the first over the epochs. A second thread, where available, computes in
     /// parallel the data that depend on no filter and serve every pass: zero differences of the base, and
     /// those of the rover at its single-point positions.
-    fn beside_look_ahead<T>(
-        &self,
-        backward: bool,
-        watch: &Watch<'_>,
-        pass: impl FnOnce() -> T,
-    ) -> T {
+    fn with_look_ahead<T>(&self, backward: bool, watch: &Watch<'_>, pass: impl FnOnce() -> T) -> T {
         if threads(self.options) <= 1 || watch.shares_threads() {
             return pass();
         }
@@ -119,7 +114,7 @@ impl<'a> Prepared<'a> {
         })
     }
 
-    /// Decision of a trial pass on GLONASS ambiguities, where that is left to the data.
+    /// Decision of a trial pass on GLONASS ambiguities, where the decision is left to the data.
     pub(crate) fn glonass_decision(&self, trial: &[EpochResult]) -> Option<GlonassDecision> {
         let options = self.options;
         let observed = (0..self.constellation.len())
@@ -161,7 +156,7 @@ impl<'a> Prepared<'a> {
         if self.options.measure_code_noise {
             FloatErrors {
                 factors: self.noise.float_factors(),
-                // Each pass has processed half of the log at its middle.
+                // At the middle of the log each pass has processed half of it.
                 correlation: self.noise.lasting_share(self.rover.len() / 2),
             }
         } else {
@@ -169,7 +164,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// As [`run`](Self::run), with fixes confirmed by the pass itself alone.
+    /// As [`run`](Self::run), with fixes confirmed by the pass alone.
     pub(crate) fn run_alone(
         &self,
         filter: &mut Filter<'a>,
@@ -181,7 +176,7 @@ impl<'a> Prepared<'a> {
         Ok(results)
     }
 
-    /// Confirms the fixes of a pass by the pass itself, and states their covariances.
+    /// Confirms the fixes of a pass by the pass alone, and scales their covariances.
     fn confirm_alone(&self, filter: &Filter<'_>, results: &mut [EpochResult]) {
         if let Some(needed) = self.options.min_success_rate {
             confirm_alone(results, needed, &filter.withdrawn);

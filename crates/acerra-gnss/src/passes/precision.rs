@@ -8,16 +8,16 @@
 use crate::filter::epoch_result::EpochResult;
 use crate::solution::Quality;
 
-/// Time (s) before and after an epoch whose residuals count for it.
+/// Half window (s) about an epoch within which residuals count.
 const HALF_WINDOW_S: f64 = 30.0;
-/// Degrees of freedom of the window that the whole run's residuals count as.
+/// Weight of the whole run's residuals, in degrees of freedom of the window.
 const RUN_FREEDOM: f64 = 30.0;
 /// Degrees of freedom from which a run's residuals are used.
 const LEAST_FREEDOM: f64 = 20.0;
 /// Factors are kept within these bounds.
 const FACTORS: [f64; 2] = [0.1, 25.0];
 
-/// Scales the covariances of the fixes of one pass, in its order.
+/// Scales the covariances of the fixes of one pass, given in the order of the pass.
 pub(crate) fn scale_covariances(results: &mut [EpochResult]) {
     let is_fixed = |r: &EpochResult| r.quality == Some(Quality::Fixed);
     let sums: Vec<[f64; 2]> = results

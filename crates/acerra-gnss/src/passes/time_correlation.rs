@@ -10,18 +10,19 @@ use crate::linear::outliers::median;
 use crate::noise::phase_walk::{FixResiduals, NormalisedResidual};
 use crate::solution::{ErrorCorrelation, Lasting, Quality};
 
-/// Largest lag (s), and largest lag over the length of the log.
+/// Largest lag (s).
 const LARGEST_LAG_S: f64 = 300.0;
+/// Largest lag, as a share of the length of the log.
 const LARGEST_SHARE_OF_LOG: f64 = 1.0 / 3.0;
 /// Time constants (s) of the processes whose sum is fitted; no log is long enough for longer ones.
 const TIME_CONSTANTS_S: [f64; 7] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1_000.0];
-/// Lags that a fit needs.
+/// Least number of lags for a fit.
 const LEAST_LAGS: usize = 4;
-/// Products that a lag needs.
+/// Least number of products of a lag.
 const LEAST_PRODUCTS: usize = 100;
-/// Fixes that lags start from, at most.
+/// Largest number of fixes from which lags start.
 const LARGEST_STARTS: usize = 2_000;
-/// Rounds of the fit: further ones change less than the third digit.
+/// Number of rounds of the fit: further rounds change less than the third digit.
 const ROUNDS: usize = 2_000;
 /// Shares below this are left out.
 const LEAST_SHARE: f64 = 0.005;
@@ -33,8 +34,8 @@ struct Lagged {
     correlation: f64,
 }
 
-/// The correlation of the errors of `pass`, in its order and before any fix is confirmed; `None`
-/// where too few epochs are fixed.
+/// The correlation of the errors of `pass`, given in the order of the pass and before any fix is confirmed;
+/// `None` where too few epochs are fixed.
 pub(crate) fn error_correlation(pass: &[EpochResult]) -> Option<ErrorCorrelation> {
     let fixed = || pass.iter().filter(|r| r.quality == Some(Quality::Fixed));
     let fixes: Vec<FixResiduals<'_>> = fixed().filter_map(EpochResult::fix_residuals).collect();
@@ -150,7 +151,7 @@ fn fit(points: &[Lagged]) -> Option<Vec<Lasting>> {
     Some(all.filter(|l| l.share >= LEAST_SHARE).collect())
 }
 
-/// Shares of a process without a white part: they make up one.
+/// The shares normalised to a sum of one, for a process without a white part.
 fn whole(mut lasting: Vec<Lasting>) -> Vec<Lasting> {
     let total: f64 = lasting.iter().map(|l| l.share).sum();
     for l in &mut lasting {

@@ -19,7 +19,7 @@ pub enum PosFrame {
     EnuBaseline,
 }
 
-/// How times are written.
+/// Form of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PosTime {
     /// `yyyy/mm/dd hh:mm:ss.sss`.
@@ -54,16 +54,16 @@ pub struct PosFormat {
     pub decimals: usize,
     /// Whether the lines about inputs and options are written.
     pub header: bool,
-    /// Whether velocities are written (m/s): north, east, up with geodetic positions, else along
-    /// the axes of the positions. Where none was estimated the line ends before them.
+    /// Whether velocities are written (m/s): north, east, up with geodetic positions, else along the axes of
+    /// the positions. Where no velocity was estimated the line ends before these columns.
     pub velocity: bool,
-    /// The geoid that the heights of geodetic positions count from (RTKLIB's
-    /// `out-height = geodetic`); `None` for heights above the ellipsoid.
+    /// The geoid from which heights of geodetic positions count (RTKLIB's `out-height = geodetic`); `None`
+    /// for heights above the ellipsoid.
     pub geoid: Option<Arc<GeoidGrid>>,
 }
 
 impl PosFormat {
-    /// Height above the ellipsoid (m) where there is no geoid.
+    /// Height above the geoid, or above the ellipsoid without a geoid (m).
     pub(super) fn height_m(&self, place: &Geodetic) -> io::Result<f64> {
         let Some(geoid) = &self.geoid else {
             return Ok(place.height_m);
@@ -93,7 +93,7 @@ impl Default for PosFormat {
     }
 }
 
-/// A time as the file states it.
+/// A time in the form of the file.
 pub(super) fn time_text(time: GpsTime, format: &PosFormat) -> String {
     let jst_s = 9.0 * 3600.0;
     match (format.time, format.scale) {

@@ -14,12 +14,11 @@ use header::{write_columns, write_header};
 
 pub use format::{PosFormat, PosFrame, PosTime, PosTimeScale};
 
-/// Writes a solution as RTKLIB does: same columns, widths and comment lines, so that its tools
-/// and everything made for them read it.
+/// Writes a solution in RTKLIB's format, with the same columns, widths and comment lines, so that RTKLIB's
+/// tools and compatible programs can read the file.
 ///
-/// `inputs` are the names of the files used, for the header. Epochs without a position are not
-/// written, as there. Standard deviations of negative variance are 0, covariances are written as
-/// sign(c)·√|c|.
+/// `inputs` are the names of the files used, for the header. As in RTKLIB, epochs without a position are not
+/// written. Standard deviations of negative variance are 0, covariances are written as sign(c)·√|c|.
 ///
 /// # Errors
 /// Errors of the writer; [`io::ErrorKind::InvalidInput`] for a baseline without a base, and for a position

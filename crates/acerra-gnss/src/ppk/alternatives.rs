@@ -1,9 +1,9 @@
 //! Other settings where fixing is poor, chosen by the agreement of their passes.
 //!
 //! Weak signals are mostly reflections, so that a carrier-to-noise mask can help. A filter into which
-//! integers are fed back bridges gaps that a filter without them does not. Which of the two helps
-//! depends on receiver and place, and is decided by the agreement of passes in opposite directions,
-//! not by the number of fixes.
+//! integers are fed back bridges gaps that a filter without them does not. The better setting depends on
+//! receiver and place, and is decided by the agreement of passes in opposite directions, not by the number of
+//! fixes.
 
 use super::attempt::Attempt;
 use super::preparation::{Inputs, Preparation};
@@ -15,17 +15,17 @@ use crate::passes::overlay::overlay;
 use crate::solution::{PpkError, PpkWarning};
 use acerra_control::Control;
 
-/// Masks tried (dB-Hz): 5 and 10 dB below 45, the middle of what signals above the elevation mask have
+/// Masks tried (dB-Hz): 5 and 10 dB below 45, the middle of the range of signals above the elevation mask
 /// under open sky (40 to 50).
 ///
-/// They keep out reflections, not noise. One reflection that takes 5 or 10 dB off has 0.44 or 0.68 of the
-/// direct signal's amplitude, 1 − 10^(−dB/20), and turns the phase by up to its arc sine: 14 or 23 mm on
-/// L1, five to eight times the noise that is assumed. Loops hold to far weaker signals: noise of 15°, at
-/// which they slip, takes 23 dB-Hz in 15 Hz. Which mask helps, if any, hangs on receiver and place,
-/// and is left to the agreement of the passes.
+/// The masks exclude reflections, not noise. One reflection that takes 5 or 10 dB off has 0.44 or 0.68 of the
+/// direct signal's amplitude, 1 − 10^(−dB/20), and turns the phase by up to its arc sine: 14 or 23 mm on L1,
+/// five to eight times the noise that is assumed. Tracking loops hold far weaker signals: noise of 15°, at
+/// which they slip, corresponds to 23 dB-Hz in 15 Hz. The best mask, if any, depends on receiver and place,
+/// and is chosen by the agreement of the passes.
 const MASKS_DB_HZ: [f64; 2] = [35.0, 40.0];
 
-/// The attempt itself, with the fixes of the alternatives to its options added.
+/// The attempt `own`, with the fixes of attempts by alternative options added.
 pub(crate) fn better_of(
     attempt: Attempt,
     inputs: &Inputs<'_>,
@@ -40,7 +40,7 @@ pub(crate) fn better_of(
         .chain(others.iter().map(|(other, _)| other))
         .map(|a| Some(a.passes.as_ref()?.witnesses.clone()))
         .collect();
-    // An attempt's own passes come before those of the others.
+    // The passes of the attempt precede the passes of the other attempts.
     let without = |place: usize| -> Vec<&[Witness; 2]> {
         let others = witnesses.iter().enumerate().filter(|(k, _)| *k != place);
         others.filter_map(|(_, w)| w.as_ref()).collect()
@@ -72,7 +72,8 @@ pub(crate) fn better_of(
     Ok(attempt)
 }
 
-/// The attempts by the alternatives, in parallel as far as there are threads; one that fails is left out.
+/// The attempts by alternative options, in parallel as far as there are threads; failed attempts are left
+/// out.
 fn attempts(
     inputs: &Inputs<'_>,
     preparation: &Preparation,

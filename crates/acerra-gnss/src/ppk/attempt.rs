@@ -32,17 +32,17 @@ pub(crate) struct Attempt {
     pub lost: Vec<LostEpoch>,
     pub rover_epochs: usize,
     pub base_position_ecef_m: [f64; 3],
-    /// Distance of the base position from the base's own single-point position (m), where there is one.
+    /// Distance of the base position from the base's single-point position (m), where the latter exists.
     pub base_from_single_m: Option<f64>,
     pub glonass: Option<GlonassDecision>,
     pub warnings: Vec<PpkWarning>,
-    /// The forward and the backward pass, each in its own order, where the two are to confirm each other.
+    /// The forward and the backward pass, each in order of processing, where the passes confirm each other.
     pub passes: Option<Passes>,
     /// Epochs at which fixes of passes in opposite directions agree.
     pub agreeing: usize,
     /// Correlation in time of the positions' errors, where there are enough fixes to measure it.
     pub error_correlation: Option<ErrorCorrelation>,
-    /// Whether ambiguities are resolved at all.
+    /// Whether ambiguities are resolved.
     resolves: bool,
 }
 
@@ -51,7 +51,7 @@ struct Findings {
     noise: MeasuredNoise,
     left_out: Vec<SignalGroup>,
     glonass: Option<GlonassDecision>,
-    /// The trial pass itself, before any fix is confirmed.
+    /// The results of the trial pass, before any fix is confirmed.
     trial: Vec<EpochResult>,
 }
 
@@ -106,7 +106,7 @@ impl Attempt {
         self
     }
 
-    /// Those results, and the number of epochs at which the passes agree.
+    /// The confirmed results, and the number of epochs at which the passes agree.
     fn confirmed(
         &self,
         options: &PpkOptions,
@@ -119,7 +119,7 @@ impl Attempt {
         Some(passes.concluded(options, needed, [&forward, &backward]))
     }
 
-    /// The results confirmed by the passes, and how their errors hang together in time: side by side
+    /// The results confirmed by the passes, and the correlation of their errors in time, computed in parallel
     /// where there are threads.
     fn concluded(mut self, options: &PpkOptions) -> Self {
         let correlation = || error_correlation(&self.passes.as_ref()?.forward);
@@ -138,7 +138,7 @@ impl Attempt {
         self
     }
 
-    /// Whether less is fixed than phases promise.
+    /// Whether the share of fixed epochs among epochs with phases is below [`POOR_SHARE`].
     pub(crate) fn is_poor(&self) -> bool {
         let [fixed, of] = self.fixed();
         self.resolves && (fixed as f64) < POOR_SHARE * of as f64
@@ -154,7 +154,7 @@ impl Attempt {
         Ok(Self::unconfirmed(preparation, options, watch)?.concluded(options))
     }
 
-    /// The passes that lead to them, for others to [confirm](Self::confirmed_by).
+    /// The passes before confirmation, for other attempts to [confirm](Self::confirmed_by).
     pub(crate) fn unconfirmed(
         preparation: &Preparation,
         options: &PpkOptions,
@@ -219,7 +219,7 @@ impl Attempt {
     }
 }
 
-/// Passes over all epochs that an attempt takes.
+/// Number of passes over all epochs in an attempt.
 pub(crate) fn passes(options: &PpkOptions) -> usize {
     let both = options.direction.is_combined() || has_witness(options);
     1 + usize::from(both) + usize::from(Prepared::needs_trial(options))
@@ -234,8 +234,8 @@ fn trial_options(options: &PpkOptions) -> PpkOptions {
     }
 }
 
-/// Whether the other direction's pass can confirm the fixes of the requested one: not where epochs are
-/// resolved one by one, equally in both.
+/// Whether a pass in the other direction can confirm the fixes of the requested pass; not where epochs are
+/// resolved one by one, with equal results in both directions.
 pub(crate) fn has_witness(options: &PpkOptions) -> bool {
     let with_memory = matches!(
         options.ambiguity,
@@ -286,7 +286,7 @@ fn run_passes(
 
 type Pass = Result<Vec<EpochResult>, PpkError>;
 
-/// The forward and the backward pass, side by side where there are threads.
+/// The forward and the backward pass, in parallel where there are threads.
 fn both_ways(
     options: &PpkOptions,
     pass: impl Fn(bool) -> Pass + Sync,

@@ -12,9 +12,10 @@ use crate::passes::precision::scale_covariances;
 pub(crate) struct Passes {
     pub forward: Vec<EpochResult>,
     backward: Vec<EpochResult>,
-    /// The trial pass, in its own order: with another noise it may have fixes where the others have none.
+    /// The trial pass, in order of processing: with its different noise it may have fixes where the other
+    /// passes have none.
     trial: Vec<EpochResult>,
-    /// Claims of each pass.
+    /// Fixes of each pass as evidence.
     pub witnesses: [Witness; 2],
     float_errors: FloatErrors,
 }
@@ -36,8 +37,8 @@ impl Passes {
         }
     }
 
-    /// The results that `options` ask for, confirmed by forward and backward witnesses, and the
-    /// number of epochs at which those agree with these passes.
+    /// The results for `options`, confirmed by forward and backward witnesses, and the number of epochs at
+    /// which the witnesses agree with these passes.
     pub(crate) fn concluded(
         &self,
         options: &PpkOptions,
@@ -47,7 +48,7 @@ impl Passes {
         let (mut forward, mut backward) = (self.forward.clone(), self.backward.clone());
         let is_backward = options.direction == FilterDirection::Backward;
         let of_trial = Witness::of(&self.trial);
-        // The trial ran in the requested direction: its claims serve the other pass.
+        // The trial pass ran in the requested direction, so that its fixes can confirm the other pass.
         let others = if is_backward { of_backward } else { of_forward };
         let with_trial: Vec<&Witness> = others.iter().copied().chain([&of_trial]).collect();
         let of_pass = if is_backward {

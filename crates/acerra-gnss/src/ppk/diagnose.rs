@@ -9,7 +9,7 @@ use crate::options::{AmbiguityMode, PpkOptions};
 use crate::solution::{BaseGap, MissingNavigation, PpkWarning};
 use crate::stations::epoch_input::RoverEpoch;
 
-/// Groups of signals that contradict the others, by the signal that the rover names first.
+/// Warnings for groups of signals that contradict the others, named by the rover's first signal.
 pub(crate) fn contradicting_groups(
     rover: &[RoverEpoch],
     groups: &[SignalGroup],

@@ -29,8 +29,8 @@ pub(crate) struct Inputs<'a> {
     pub rover_span: TimeSpan,
 }
 
-/// The logs made ready for the filter, by the options that this depends on: systems, frequencies,
-/// masks and the base's place, not how ambiguities are resolved.
+/// The logs prepared for the filter, by the relevant options: systems, frequencies, masks and the base's
+/// position, but not the resolution of ambiguities.
 pub(crate) struct Preparation {
     pub constellation: Constellation,
     pub klobuchar: Klobuchar,
@@ -40,7 +40,7 @@ pub(crate) struct Preparation {
     pub base_zeros: BaseZeros,
     pub base_states: Arc<BaseStates>,
     pub base_place: BasePlace,
-    /// Where a moving base was at each of its epochs.
+    /// Position of a moving base at each of the base's epochs.
     pub base_track: Option<Arc<BaseTrack>>,
     /// Noise measured from code minus phase.
     pub noise: MeasuredNoise,
@@ -48,7 +48,7 @@ pub(crate) struct Preparation {
 }
 
 impl Preparation {
-    /// Makes the logs ready.
+    /// Prepares the logs.
     ///
     /// # Errors
     /// No satellites, no navigation data, or no place of the base.
@@ -140,7 +140,7 @@ impl Preparation {
             base_gaps(&base_epochs, &rover_epochs, options, &mut warnings);
             let context = context(true);
             let place = if options.mode == PositioningMode::MovingBase {
-                // Masks that are tried must not move the base between attempts.
+                // Alternative masks must not move the base between attempts.
                 let track = match known.and_then(|known| known.base_track.as_ref()) {
                     Some(track) => Arc::clone(track),
                     None => Arc::new(BaseTrack::of(&context, &base_epochs)),
@@ -228,7 +228,7 @@ fn rover_epochs(
     options: &PpkOptions,
     watch: &Watch<'_>,
 ) -> Result<Vec<RoverEpoch>, PpkError> {
-    // Every epoch starts from the first position found, so that none depends on its neighbours.
+    // Every epoch starts from the first position found, so that no epoch depends on its neighbours.
     let start = epochs
         .iter()
         .find_map(|Received { epoch: e, .. }| {

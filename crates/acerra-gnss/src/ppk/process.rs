@@ -1,4 +1,4 @@
-//! The positioning of a rover's log against a base's.
+//! Positioning of a rover's log relative to a base's log.
 
 use super::alternatives::better_of;
 use super::attempt::{Attempt, has_witness, passes};
@@ -25,7 +25,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// [`PpkError`] when nothing can be computed: no epochs, no overlap, no navigation data, an
-/// impossible base position or option. Epochs that fail singly are listed in
+/// impossible base position or option. Single epochs that fail are listed in
 /// [`PpkSolution::lost`] with the reason.
 ///
 /// ```no_run
@@ -59,7 +59,7 @@ pub fn process(
     process_with(rover, base, navigation, options, Control::default())
 }
 
-/// As [`process`], followed and stopped through `control`.
+/// As [`process`], with progress and cancellation through `control`.
 ///
 /// # Errors
 /// Errors of [`process`], and [`PpkError::Cancelled`].
@@ -119,7 +119,7 @@ pub fn process_with(
         navigation,
         rover_span,
     };
-    // Single-point positions are one more.
+    // The computation of single-point positions counts as one more pass.
     let watch = Watch::new(control, times().count() * (1 + passes(options)));
     let preparation = Preparation::new(&inputs, options, &watch)?;
     let mut attempt = Attempt::new(&preparation, options, &watch)?;
@@ -136,14 +136,14 @@ pub fn process_with(
     }
     let mut solution = assemble(attempt, options);
     solution.summary.base_from_single_m = base_from_single_m;
-    let stands = relative && options.mode != PositioningMode::MovingBase;
-    solution.base_position_ecef_m = stands.then_some(base_position_ecef_m);
+    let has_fixed_base = relative && options.mode != PositioningMode::MovingBase;
+    solution.base_position_ecef_m = has_fixed_base.then_some(base_position_ecef_m);
     solution.events = interpolate_events(&rover.events, &solution.epochs);
     Ok(solution)
 }
 
-/// With a moving base, a motion model could only start from the base's own place, which jumps by metres, and
-/// its path between epochs is not straight.
+/// Options without the motion model for a moving base: the model would start from the base's position by
+/// codes, which jumps by metres, and the base's path between epochs is not straight.
 fn without_motion_model(options: &PpkOptions) -> Option<PpkOptions> {
     (options.mode == PositioningMode::MovingBase).then(|| PpkOptions {
         dynamics: None,

@@ -7,10 +7,10 @@ use crate::observations::satellite::SatelliteId;
 use crate::orbits::products::PreciseProducts;
 use crate::rinex::{calendar, real};
 
-/// Reads a RINEX clock file: its satellite clocks (`AS`); those of stations are skipped.
+/// Reads the satellite clocks (`AS`) of a RINEX clock file; station clocks are skipped.
 ///
 /// # Errors
-/// [`ReadError`] where the header is not one of a clock file in GPS time, or the input fails.
+/// [`ReadError`] where the header is not that of a clock file in GPS time, or the input fails.
 pub(crate) fn read_clock_lines(
     source: &mut impl LineSource,
 ) -> Result<(PreciseProducts, ReadReport), ReadError> {
@@ -36,7 +36,7 @@ pub(crate) fn read_clock_lines(
     Ok((products, report))
 }
 
-/// Reads the header; version 3.04 has its labels five columns further right than those before.
+/// Reads the header; version 3.04 has labels five columns further right than earlier versions.
 fn header(source: &mut impl LineSource) -> Result<f64, ReadError> {
     if !source.advance()? {
         return Err(ReadError::Empty);

@@ -40,7 +40,7 @@ impl Scale {
         let as_is = GpsTime::from_calendar(reading);
         match self {
             Self::Gps => Some(as_is),
-            // SP3's GLO is UTC as GLONASS keeps it, without the three hours of Moscow.
+            // SP3's GLO is UTC, without the three hours of Moscow time.
             Self::Utc | Self::Glonass => GpsTime::from_utc(reading).ok(),
             Self::Beidou => Some(as_is + acerra_geo::time::BDT_BEHIND_GPST_S as f64),
             Self::Tai => Some(as_is - TAI_AHEAD_OF_GPST_S),
@@ -161,7 +161,7 @@ impl Reader {
         let [x, y, z, clock_us] = values;
         let position = [x, y, z].map(|km| km * 1e3);
         let radius_m = position.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // All zero says that there is none.
+        // A position of zeros means that there is none.
         if radius_m > 0.0 {
             if !RADII_M.contains(&radius_m) {
                 return self.report.drop_one(DropReason::UnreadableNumber, place);

@@ -3,7 +3,7 @@
 use super::fields::{calendar, column, integer, real};
 use acerra_geo::time::Calendar;
 
-/// What an epoch line says.
+/// Content of an epoch line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct EpochLine {
     pub flag: u8,
@@ -15,7 +15,7 @@ pub(super) struct EpochLine {
 }
 
 impl EpochLine {
-    /// Reads an epoch line of version 3 or 4; `None` where it is not one.
+    /// Reads an epoch line of version 3 or 4; `None` for any other line.
     pub(super) fn parse_v3(line: &[u8]) -> Option<Self> {
         if line.first() != Some(&b'>') {
             return None;
@@ -23,7 +23,7 @@ impl EpochLine {
         Self::parse(line, 1..29, 31, 41, 15)
     }
 
-    /// Reads an epoch line of version 2; `None` where it is not one.
+    /// Reads an epoch line of version 2; `None` for any other line.
     pub(super) fn parse_v2(line: &[u8]) -> Option<Self> {
         Self::parse(line, 0..26, 28, 68, 12)
     }

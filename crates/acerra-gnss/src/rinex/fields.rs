@@ -1,8 +1,9 @@
 //! Fixed columns and the numbers in them.
 
+use crate::input::ReadError;
 use acerra_geo::time::{Calendar, full_year};
 
-/// Columns `start..start + width` (from 0) of a line, as far as it reaches.
+/// Columns `start..start + width` (from 0) of a line, cut at the line's end.
 pub(crate) fn column(line: &[u8], start: usize, width: usize) -> &[u8] {
     let end = line.len().min(start + width);
     line.get(start..end).unwrap_or(&[])
@@ -13,7 +14,7 @@ pub(crate) fn text(line: &[u8], start: usize, width: usize) -> String {
     String::from_utf8_lossy(column(line, start, width).trim_ascii()).into_owned()
 }
 
-/// A field that holds something else than a number.
+/// A field that is not a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NotANumber;
 
@@ -61,13 +62,38 @@ pub(crate) fn real(field: &[u8]) -> Result<Option<f64>, NotANumber> {
     }
 }
 
+/// Version in hundredths (210, 304 …) on the first line of a RINEX file, which has this line number.
+///
+/// # Errors
+/// [`ReadError::Format`] for any other line, [`ReadError::Unsupported`] for a version outside 2 to 4.
+pub(super) fn version(line: &[u8], number: u64) -> Result<u16, ReadError> {
+    let version = real(column(line, 0, 9)).ok().flatten();
+    let labelled = column(line, 60, 20) == b"RINEX VERSION / TYPE";
+    let Some(version) = version.filter(|_| labelled) else {
+        return Err(ReadError::format(number, "RINEX VERSION / TYPE", line));
+    };
+    if !(2.0..5.0).contains(&version) {
+        return Err(ReadError::Unsupported {
+            line: number,
+            what: format!("RINEX version {version:.2}"),
+        });
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "2.0 to 5.0"
+    )]
+    let hundredths = (version * 100.0).round() as u16;
+    Ok(hundredths)
+}
+
 /// An unsigned integer; `None` where blank or unreadable.
 pub(crate) fn integer(field: &[u8]) -> Option<usize> {
     std::str::from_utf8(field.trim_ascii()).ok()?.parse().ok()
 }
 
-/// A date and clock reading of six blank-separated numbers; two-digit years are completed. None
-/// where it is not one.
+/// A date and clock reading of six blank-separated numbers; two-digit years are completed. `None` for
+/// anything else.
 pub(crate) fn calendar(field: &[u8]) -> Option<Calendar> {
     let mut parts = field
         .split(u8::is_ascii_whitespace)

@@ -4,17 +4,17 @@ use std::collections::{BTreeMap, HashMap};
 
 use acerra_geo::time::{Calendar, GpsTime};
 
-use super::fields::{column, integer, real, text};
+use super::fields::{column, integer, real, text, version};
 use super::types::{Column, column_v3, columns_v2};
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 use crate::observations::observation::{AntennaOffset, StationInfo};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::signal::SignalCode;
 
-/// The clock that an observation file's time tags are read from.
+/// Time scale of an observation file's tags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum TimeSystem {
-    /// GPS time and what is steered to it (Galileo, QZSS, NavIC).
+    /// GPS time, and time scales steered to GPS time (Galileo, QZSS, NavIC).
     #[default]
     Gps,
     /// UTC, which GLONASS files use.
@@ -87,17 +87,7 @@ impl ObservationHeader {
     }
 
     fn first_line(line: &[u8], number: u64) -> Result<Self, ReadError> {
-        let version = real(column(line, 0, 9)).ok().flatten();
-        let labelled = column(line, 60, 20) == b"RINEX VERSION / TYPE";
-        let Some(version) = version.filter(|_| labelled) else {
-            return Err(ReadError::format(number, "RINEX VERSION / TYPE", line));
-        };
-        if !(2.0..5.0).contains(&version) {
-            return Err(ReadError::Unsupported {
-                line: number,
-                what: format!("RINEX version {version:.2}"),
-            });
-        }
+        let version = version(line, number)?;
         if !matches!(column(line, 20, 1), b"O" | b"o") {
             return Err(ReadError::format(number, "type O (observation data)", line));
         }
@@ -106,12 +96,6 @@ impl ObservationHeader {
             b"C" => TimeSystem::Beidou,
             _ => TimeSystem::Gps,
         };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "2.0 to 5.0"
-        )]
-        let version = (version * 100.0).round() as u16;
         Ok(Self {
             version,
             time_system,
@@ -178,7 +162,7 @@ impl ObservationHeader {
             b"   " | b"" => return true,
             _ => return false,
         };
-        // A second time system in mid-file (flag 4) would shift tags already read: the first stays.
+        // A second time system in mid-file (flag 4) would shift tags already read: the first is kept.
         let agrees = !self.time_system_given || self.time_system == system;
         if !self.time_system_given {
             self.time_system = system;

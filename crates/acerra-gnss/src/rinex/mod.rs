@@ -1,8 +1,8 @@
 //! RINEX observation and navigation files, versions 2, 3 and 4.
 //!
-//! Columns are taken strictly where the format puts them (a pseudo-type such as `X1` occupies its
-//! column like any other); blemishes cost the value, satellite or epoch they sit in, and each is
-//! counted in the [report](crate::input::ReadReport).
+//! Columns are taken strictly where the format puts them (a pseudo-type such as `X1` occupies its column like
+//! any other); a defect drops the value, satellite or epoch concerned, and is counted in the
+//! [report](crate::input::ReadReport).
 
 mod epoch;
 mod fields;

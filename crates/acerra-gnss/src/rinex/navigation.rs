@@ -1,12 +1,12 @@
 //! Navigation files.
 
-use super::fields::{calendar, column, integer, real};
+use super::fields::{calendar, column, integer, real, version};
 use super::navigation_record::NavigationRecord;
 use crate::input::{DropReason, LineSource, Place, ReadError, ReadReport};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::orbits::navigation::{Klobuchar, Navigation};
 
-/// Where the fields of a navigation record are.
+/// Columns of the fields of a navigation record.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     /// First column and width of the time of clock.
@@ -19,7 +19,7 @@ const VERSION_2: Layout = Layout {
     time: (3, 19),
     values: (22, 3),
 };
-/// Values of a record from here on are spare.
+/// Index of the first spare value of a record.
 const FIRST_SPARE: usize = 29;
 
 const VERSION_3: Layout = Layout {
@@ -33,7 +33,7 @@ const VERSION_3: Layout = Layout {
 /// earth-orientation and other ionosphere models) are counted and skipped.
 ///
 /// # Errors
-/// [`ReadError`] where the header is not one of navigation data or the input fails.
+/// [`ReadError`] where the header is not that of navigation data or the input fails.
 pub fn read_navigation_lines(
     source: &mut impl LineSource,
 ) -> Result<(Navigation, ReadReport), ReadError> {
@@ -90,17 +90,7 @@ impl Reader {
             }
         }
         let (line, number) = (source.line(), source.number());
-        let version = real(column(line, 0, 9)).ok().flatten();
-        let labelled = column(line, 60, 20) == b"RINEX VERSION / TYPE";
-        let Some(version) = version.filter(|_| labelled) else {
-            return Err(ReadError::format(number, "RINEX VERSION / TYPE", line));
-        };
-        if !(2.0..5.0).contains(&version) {
-            return Err(ReadError::Unsupported {
-                line: number,
-                what: format!("RINEX version {version:.2}"),
-            });
-        }
+        let version = version(line, number)?;
         let system = match column(line, 20, 1) {
             b"G" => System::Glonass,
             b"H" => System::Sbas,
@@ -109,16 +99,10 @@ impl Reader {
             b"N" => column(line, 40, 1)
                 .first()
                 .and_then(|&l| System::from_letter(char::from(l)))
-                .filter(|_| version >= 3.0)
+                .filter(|_| version >= 300)
                 .unwrap_or(System::Gps),
             _ => return Err(ReadError::format(number, "type N (navigation data)", line)),
         };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "2.0 to 5.0"
-        )]
-        let version = (version * 100.0).round() as u16;
         let mut reader = Self {
             version,
             layout: if version < 300 { VERSION_2 } else { VERSION_3 },
@@ -167,7 +151,7 @@ impl Reader {
             }
             let label = column(line, 60, 20).trim_ascii_end();
             if label == b"RINEX VERSION / TYPE" || label == b"END OF HEADER" {
-                // Files put one after another: header lines of the second are passed over.
+                // Concatenated files: header lines of the second file are skipped.
                 self.report
                     .drop_one(DropReason::StrayLine, Place::Line(number));
                 continue;

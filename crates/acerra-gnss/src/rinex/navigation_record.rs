@@ -1,22 +1,22 @@
-//! From the numbers of a navigation record to an ephemeris.
+//! Ephemeris from the numbers of a navigation record.
 
 use acerra_geo::time::{BDT_BEHIND_GPST_S, Calendar, GpsTime, SECONDS_PER_WEEK};
 
 use crate::observations::satellite::{SatelliteId, System};
 use crate::orbits::navigation::{Ephemeris, GlonassEphemeris, KeplerEphemeris, SbasEphemeris};
 
-/// One record as it is in the file: satellite, time of clock and the values in order.
+/// One record of the file: satellite, time of clock and the values in order.
 #[derive(Debug, Clone)]
 pub(super) struct NavigationRecord {
     pub satellite: SatelliteId,
-    /// Clock reading in the system's own scale (GLONASS: UTC, BeiDou: BDT).
+    /// Clock reading in the system's time scale (GLONASS: UTC, BeiDou: BDT).
     pub toc: Calendar,
     /// Slots 0…; blank fields are NaN.
     pub values: Vec<f64>,
 }
 
 impl NavigationRecord {
-    /// Lines of a record of `system`, without which it is incomplete.
+    /// Number of lines of a complete record of `system`.
     pub(super) fn lines_needed(system: System) -> usize {
         match system {
             System::Glonass | System::Sbas => 4,
@@ -24,7 +24,7 @@ impl NavigationRecord {
         }
     }
 
-    /// The ephemeris; `None` where the numbers cannot be one.
+    /// The ephemeris; `None` where the numbers are impossible.
     pub(super) fn ephemeris(&self) -> Option<Ephemeris> {
         match self.satellite.system() {
             System::Glonass => self.glonass().map(Ephemeris::Glonass),
@@ -33,7 +33,7 @@ impl NavigationRecord {
         }
     }
 
-    /// A value that must be there.
+    /// A mandatory value.
     fn value(&self, slot: usize) -> Option<f64> {
         self.values.get(slot).copied().filter(|v| v.is_finite())
     }
@@ -188,7 +188,7 @@ impl NavigationRecord {
     }
 }
 
-/// The tag with these seconds of week that is nearest to `near`.
+/// The tag with the given seconds of week that is nearest to `near`.
 pub(crate) fn nearest_week(near: GpsTime, seconds_of_week: f64) -> GpsTime {
     let t = GpsTime::from_week_tow(near.week(), seconds_of_week);
     let weeks = ((near - t) / SECONDS_PER_WEEK as f64).round();
@@ -221,7 +221,7 @@ const ACCURACY_STEPS_M: [f64; 15] = [
     6144.0,
 ];
 
-/// One sigma of an accuracy given in metres: the upper bound of the index it belongs to.
+/// One sigma of an accuracy given in metres: the upper bound of the corresponding index.
 pub(crate) fn accuracy_m(value_m: f64) -> f64 {
     *ACCURACY_STEPS_M
         .iter()
@@ -249,7 +249,7 @@ pub(crate) fn galileo_accuracy_m(value_m: f64) -> f64 {
     } else if value_m <= 2.0 {
         whole((value_m - 1.0) / 0.04) + 75
     } else {
-        // As RTKLIB quantises: the metres are cut before the division.
+        // Quantised as in RTKLIB: the metres are truncated before the division.
         whole(f64::from(whole(value_m - 2.0)) / 0.16 + 100.0)
     };
     galileo_accuracy_of_index_m(index)
@@ -333,7 +333,7 @@ mod tests {
         assert_eq!(e.position_ecef_m[0], 7_164_900.0);
         assert_eq!(e.velocity_ecef_m_s[0], -1500.0);
         assert!((e.acceleration_ecef_m_s2[0] - 2e-6).abs() < 1e-20);
-        // A frame just before midnight of a record just after it belongs to the day before.
+        // For a record just after midnight, a frame just before midnight belongs to the day before.
         let e = glonass((0, 15, 0.0), 86_370.0);
         assert_eq!(t(0, 15, 0.0) - e.transmission_time, 930.0);
     }

@@ -9,6 +9,7 @@ use crate::observations::observation::{EventKind, EventRecord, LossOfLock, Signa
 use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::select::SignalChoice;
+use acerra_geo::time::GpsTime;
 
 /// One record of an observation file.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,16 +26,16 @@ pub struct RinexObservations<S> {
     source: S,
     header: ObservationHeader,
     report: ReadReport,
-    /// The source's current line is not yet used.
+    /// Whether the source's current line is not yet used.
     pending: bool,
     place: Place,
     header_changes: u64,
 }
 
-/// How taking a satellite's lines ended.
+/// Outcome of reading a satellite's lines.
 enum Taken {
     Whole,
-    /// Another epoch begins where a satellite was due.
+    /// An epoch begins where another satellite of the epoch before was expected.
     Interrupted,
     /// The file ended.
     Ended,
@@ -44,7 +45,7 @@ impl<S: LineSource> RinexObservations<S> {
     /// Reads the header.
     ///
     /// # Errors
-    /// [`ReadError`] where the header is not one of RINEX observation data.
+    /// [`ReadError`] where the header is not that of RINEX observation data.
     pub fn new(mut source: S) -> Result<Self, ReadError> {
         loop {
             if !source.advance()? {
@@ -72,7 +73,7 @@ impl<S: LineSource> RinexObservations<S> {
         &self.header
     }
 
-    /// Where the record last returned began.
+    /// Place at which the record last returned began.
     pub fn place(&self) -> Place {
         self.place
     }
@@ -124,7 +125,7 @@ impl<S: LineSource> RinexObservations<S> {
                 EpochLine::parse_v3(line)
             };
             let Some(epoch) = epoch else {
-                // Lines after an unreadable epoch belong to it, up to the next that can be read.
+                // Lines after an unreadable epoch belong to that epoch, up to the next readable epoch line.
                 if !skipping {
                     skipping = true;
                     self.report
@@ -152,7 +153,7 @@ impl<S: LineSource> RinexObservations<S> {
         self.source.advance()
     }
 
-    /// Files put one after another: the header in between takes over.
+    /// Reads the header in the middle of concatenated files, which then applies.
     fn second_header(&mut self) -> Result<(), ReadError> {
         let number = self.source.number();
         let header = ObservationHeader::read(&mut self.source, &mut self.report)?;
@@ -198,6 +199,15 @@ impl<S: LineSource> RinexObservations<S> {
         Ok(())
     }
 
+    /// Time of an epoch line; an unreadable one is counted as dropped.
+    fn gps_time(&mut self, epoch: &EpochLine, place: Place) -> Option<GpsTime> {
+        let time = (epoch.time.as_ref()).and_then(|t| self.header.time_system.gps_time(t));
+        if time.is_none() {
+            self.report.drop_one(DropReason::UnreadableEpoch, place);
+        }
+        time
+    }
+
     fn event(&mut self, epoch: &EpochLine) -> Result<Option<ObservationRecord>, ReadError> {
         let place = self.here();
         for _ in 0..epoch.count {
@@ -206,12 +216,7 @@ impl<S: LineSource> RinexObservations<S> {
                 break;
             }
         }
-        let time = epoch
-            .time
-            .as_ref()
-            .and_then(|t| self.header.time_system.gps_time(t));
-        let Some(time) = time else {
-            self.report.drop_one(DropReason::UnreadableEpoch, place);
+        let Some(time) = self.gps_time(epoch, place) else {
             return Ok(None);
         };
         Ok(Some(ObservationRecord::Event(EventRecord {
@@ -241,12 +246,7 @@ impl<S: LineSource> RinexObservations<S> {
             self.report.drop_one(DropReason::CycleSlipRecord, place);
             return Ok(None);
         }
-        let time = epoch
-            .time
-            .as_ref()
-            .and_then(|t| self.header.time_system.gps_time(t));
-        let Some(time) = time else {
-            self.report.drop_one(DropReason::UnreadableEpoch, place);
+        let Some(time) = self.gps_time(epoch, place) else {
             return Ok(None);
         };
         Ok(Some(ObservationRecord::Epoch(RecordedEpoch {
@@ -426,12 +426,12 @@ fn take_signals<'a>(
             report.drop_one(DropReason::UnreadableNumber, place);
             None
         });
-        // Exactly zero means "none" for writers without blanks.
+        // Some writers use exactly zero in place of blanks.
         let value = value.filter(|&v| v != 0.0).map(|v| v / column.scale);
         let lock = match field.get(14) {
             None | Some(b' ') => LossOfLock(0),
             Some(&digit @ b'0'..=b'9') => LossOfLock((digit - b'0') & 3),
-            // Unreadable: the safe meaning is that lock may have been lost.
+            // An unreadable flag counts as a possible loss of lock.
             Some(_) => LossOfLock(LossOfLock::SLIP),
         };
         let lock = if *quantity == Quantity::Phase {

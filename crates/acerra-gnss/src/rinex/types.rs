@@ -27,9 +27,9 @@ impl Quantity {
 /// One column of a satellite's record.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
-    /// The type as the header writes it.
+    /// The type in the header's spelling.
     pub name: String,
-    /// Its kind, and its signals: one in RINEX 3 and later; in RINEX 2 a phase belongs to every code of its
+    /// Quantity and signals: one signal in RINEX 3 and later; in RINEX 2 a phase belongs to every code of its
     /// band. `None` for pseudo-observations.
     pub meaning: Option<(Quantity, Vec<SignalCode>)>,
     /// Divisor of the stored values (`SYS / SCALE FACTOR`).

@@ -13,12 +13,12 @@ const GALILEO_FNAV: u32 = 1 << 1 | 1 << 8;
 /// RINEX's data source word for I/NAV: E1-B and E5b pages, clock for E5b and E1.
 const GALILEO_INAV: u32 = 1 | 1 << 2 | 1 << 9;
 
-/// Why an ephemeris message gives no ephemeris.
+/// Reason for which an ephemeris message gives no ephemeris.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refused {
-    /// Shorter than its fields.
+    /// The message is shorter than its fields.
     Short,
-    /// Of a satellite or with numbers that cannot be.
+    /// The satellite or the numbers are impossible.
     Impossible,
 }
 
@@ -27,7 +27,7 @@ pub(super) fn is_ephemeris(number: u16) -> bool {
     matches!(number, 1019 | 1020 | 1042 | 1044..=1046)
 }
 
-/// The ephemeris of message `number`. `near` is any time within half a week of it (half a day for
+/// The ephemeris of message `number`. `near` is any time within half a week of the ephemeris (half a day for
 /// GLONASS).
 pub(super) fn read(number: u16, payload: &[u8], near: GpsTime) -> Result<Ephemeris, Refused> {
     let bits = &mut BitCursor::new(payload);
@@ -51,7 +51,7 @@ pub(super) fn read(number: u16, payload: &[u8], near: GpsTime) -> Result<Ephemer
         .ok_or(Refused::Impossible)
 }
 
-/// Keplerian elements as every message orders them.
+/// Keplerian elements in the order of all messages.
 struct Elements {
     radius_sine: f64,
     mean_motion: f64,
@@ -129,10 +129,10 @@ impl Elements {
     }
 }
 
-/// A Keplerian message with the times still within their week.
+/// A Keplerian message whose times are seconds of a week.
 struct Kepler {
     satellite: Option<SatelliteId>,
-    /// Week as broadcast, and the number of weeks after which it begins again.
+    /// Week as broadcast, and the number of weeks after which the count restarts.
     week: (i64, i64),
     iode: u32,
     iodc: u32,
@@ -157,7 +157,7 @@ impl Kepler {
         let times_s = [e.toe_s, self.toc_s];
         let possible = KeplerEphemeris::can_be(times_s, e.sqrt_semi_major_axis, e.eccentricity);
         let toe = nearest_week(near, e.toe_s + ahead_s);
-        // The week may be that of the reference time or of the transmission, which differ by at most one.
+        // The week may be the week of the reference time or of the transmission, which differ by at most one.
         let (week, modulus) = self.week;
         let weeks_off = ((toe - ahead_s).week() - week + 1).rem_euclid(modulus);
         if !possible || weeks_off > 2 {
@@ -205,7 +205,7 @@ fn gps_group_delay_s(bits: &mut BitCursor<'_>) -> Option<f64> {
     })
 }
 
-/// A clock polynomial from the highest power down, as every message orders it.
+/// A clock polynomial from the highest power down, the order of all messages.
 fn clock(bits: &mut BitCursor<'_>, formats: [(usize, i32); 3]) -> Option<[f64; 3]> {
     let [quadratic, linear, constant] = formats;
     let a2 = bits.scaled(quadratic.0, quadratic.1)?;
@@ -280,7 +280,7 @@ fn galileo(bits: &mut BitCursor<'_>, inav: bool) -> Option<Kepler> {
         kepler.group_delay_s[1] = bits.scaled(10, -32)?;
         let (e5b, e5b_invalid) = (bits.unsigned32(2)?, bits.unsigned32(1)?);
         let (e1, e1_invalid) = (bits.unsigned32(2)?, bits.unsigned32(1)?);
-        // As RINEX orders them: E1-B in bits 0–2, E5b in bits 6–8.
+        // Order of the bits as in RINEX: E1-B in bits 0–2, E5b in bits 6–8.
         kepler.health = e1_invalid | e1 << 1 | e5b_invalid << 6 | e5b << 7;
     } else {
         let (e5a, e5a_invalid) = (bits.unsigned32(2)?, bits.unsigned32(1)?);
@@ -292,7 +292,7 @@ fn galileo(bits: &mut BitCursor<'_>, inav: bool) -> Option<Kepler> {
 fn beidou(bits: &mut BitCursor<'_>) -> Option<Kepler> {
     Some(Kepler {
         satellite: SatelliteId::new(System::Beidou, bits.byte(6)?),
-        // Thirteen bits of BeiDou's weeks, which GPS weeks are 1356 ahead of.
+        // Thirteen bits of BeiDou's week; GPS weeks are ahead by 1356.
         week: (bits.unsigned(13)?.cast_signed() + 1356, 8192),
         accuracy_m: accuracy_of_index_m(bits.unsigned32(4)?),
         inclination_rate_rad_s: inclination_rate(bits)?,

@@ -9,40 +9,40 @@ const OVERHEAD_BYTES: usize = HEADER_BYTES + 3;
 /// Ten bits of length.
 const MAX_PAYLOAD_BYTES: usize = 1023;
 
-/// A message whose checksum is right.
+/// A message with a valid checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     /// Message number (DF002); 0 for a payload too short to hold one.
     pub number: u16,
-    /// The payload, message number included.
+    /// Payload, message number included.
     pub payload: &'a [u8],
     /// Byte offset of the preamble in the log.
     pub offset: usize,
 }
 
-/// What a log is made of.
+/// A piece of a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Piece<'a> {
     /// A whole message.
     Frame(Frame<'a>),
     /// Bytes outside any message.
     Outside {
-        /// Where they begin.
+        /// Offset of the first byte.
         offset: usize,
-        /// How many.
+        /// Number of bytes.
         bytes: usize,
     },
     /// The place of an expected message: a preamble with a wrong checksum, and the bytes up to the next whole
     /// message.
     Damaged {
-        /// Where it begins.
+        /// Offset of the first byte.
         offset: usize,
-        /// How many bytes.
+        /// Number of bytes.
         bytes: usize,
     },
     /// A message that the end of the log cuts off.
     CutOff {
-        /// Where it begins.
+        /// Offset of the first byte.
         offset: usize,
     },
 }
@@ -74,7 +74,7 @@ pub struct Pieces<'a> {
 }
 
 impl<'a> Pieces<'a> {
-    /// The whole message that begins there.
+    /// The whole message that begins at `offset`.
     fn whole_frame(&mut self, offset: usize) -> Option<Frame<'a>> {
         let length = payload_length(self.log.get(offset..)?)?;
         let end = offset + HEADER_BYTES + length;
@@ -93,7 +93,7 @@ impl<'a> Pieces<'a> {
         })
     }
 
-    /// Where the first whole message from `at` on begins.
+    /// Offset of the first whole message from `at` on.
     fn first_valid_at(&mut self, mut at: usize) -> Option<usize> {
         while let Some(found) = self.log.get(at..)?.iter().position(|&b| b == PREAMBLE) {
             at += found;

@@ -93,7 +93,7 @@ fn head(bits: &mut BitCursor<'_>, station: u16, tag: TimeTag) -> Option<(Measure
     Some((measured, satellites))
 }
 
-/// Widths and modulus in which the systems differ.
+/// Field widths and modulus of a system.
 struct FirstFormat {
     range_bits: usize,
     range_invalid: u64,
@@ -173,7 +173,7 @@ fn cn0_db_hz(steps: u64) -> Option<f64> {
     (steps != 0).then_some(steps as f64 * CN0_STEP_DB_HZ)
 }
 
-/// Puts a satellite's signals into the message.
+/// Adds a satellite's signals to the message.
 fn take(
     out: &mut Measured,
     satellite: Option<SatelliteId>,

@@ -43,15 +43,15 @@ pub(super) const fn least_of_10_bits_ms(indicator: u32) -> u32 {
     }
 }
 
-/// History of each phase: last time seen, and tracking time then.
+/// History of each phase: time of the last observation, and its tracking time.
 #[derive(Debug, Default)]
 pub(super) struct LockTracker {
     last: HashMap<(SatelliteId, SignalCode), (GpsTime, u32)>,
 }
 
 impl LockTracker {
-    /// Whether lock may have been lost since this phase was last seen: its tracking time has
-    /// become shorter, or does not reach back to then. The first sight of a phase is no loss.
+    /// Whether lock may have been lost since a phase was last observed: the tracking time has become shorter,
+    /// or does not reach back to the last observation. The first observation of a phase is no loss.
     pub(super) fn lost(
         &mut self,
         signal: (SatelliteId, SignalCode),

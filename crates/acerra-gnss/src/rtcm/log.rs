@@ -13,7 +13,7 @@ use super::time::{DateSource, date_of, resolve};
 use super::{ephemeris, legacy, msm, station};
 use crate::input::{DropReason, Place, ReadReport};
 use crate::observations::observation::{LossOfLock, SignalObservation, StationInfo};
-use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::recorded::{RecordedEpoch, add_signal};
 use crate::observations::satellite::SatelliteId;
 use crate::observations::signal::{SPEED_OF_LIGHT_M_S, SignalCode};
 use crate::orbits::navigation::{Ephemeris, Navigation};
@@ -24,7 +24,7 @@ const SAME_EPOCH_S: f64 = 1e-3;
 const SAME_PLACE_M: f64 = 0.01;
 /// Largest distance of a stated time from the log's own date (s).
 const MAX_DATE_ERROR_S: f64 = 4.0 * 86_400.0;
-/// Cycles by which a phase of the first generation may be off.
+/// Modulus of phases of the first generation (cycles).
 const PHASE_MODULUS_CYCLES: f64 = 1500.0;
 
 /// Data that a log may lack.
@@ -32,10 +32,10 @@ const PHASE_MODULUS_CYCLES: f64 = 1500.0;
 pub struct RtcmHints {
     /// Any time within half a week of the log's beginning.
     pub near: Option<GpsTime>,
-    /// A time before which the log was recorded, such as the date of its file: settles which of the weeks 1024 apart ten
-    /// bits of the week mean.
+    /// A time before which the log was recorded, such as the date of its file: resolves the ambiguity of 1024
+    /// weeks in a ten-bit week number.
     pub not_after: Option<GpsTime>,
-    /// GLONASS frequency channels by satellite number. Those that the log states go before them.
+    /// GLONASS frequency channels by satellite number. Channels in the log take precedence.
     pub glonass_channels: BTreeMap<u8, i8>,
 }
 
@@ -44,21 +44,21 @@ pub struct RtcmHints {
 pub struct RtcmLog {
     /// Epochs with the byte offset of their first message, in the order of the log.
     pub epochs: Vec<(u64, RecordedEpoch)>,
-    /// The reference station. Its position is that of the antenna reference point, so that the
-    /// offset is zero.
+    /// The reference station, whose position is that of the antenna reference point, so that the offset is
+    /// zero.
     pub station: StationInfo,
     /// Ephemerides.
     pub navigation: Navigation,
     /// GLONASS channels by satellite number.
     pub glonass_channels: BTreeMap<u8, i8>,
-    /// Where the date comes from; `None` where the log has no date, and then no epochs.
+    /// Source of the date; `None` where the log has no date and therefore no epochs.
     pub date: Option<DateSource>,
-    /// What was dropped.
+    /// Dropped data.
     pub report: ReadReport,
 }
 
-/// Reads an RTCM 3 log. The date is never taken from the computer's clock: a log without one, and
-/// without a hint, yields no epochs and [`RtcmLog::date`] `None`.
+/// Reads an RTCM 3 log. The date is never taken from the computer's clock: a log without a date and without a
+/// hint yields no epochs, and [`RtcmLog::date`] is `None`.
 pub fn read_rtcm(log: &[u8], hints: &RtcmHints) -> RtcmLog {
     let date = date_of(log, hints.near, hints.not_after);
     let mut out = RtcmLog {
@@ -108,7 +108,7 @@ pub(crate) fn counts(log: &[u8]) -> (usize, usize) {
     })
 }
 
-/// The observations of a message, if it holds any that are read.
+/// The observations of a message of a supported kind.
 fn observations(frame: &Frame<'_>) -> Option<Measured> {
     match frame.number {
         1002 | 1004 => legacy::gps(frame.payload, frame.number == 1004),
@@ -124,7 +124,7 @@ fn holds_observations(number: u16) -> bool {
     matches!(number, 1002 | 1004 | 1010 | 1012) || msm::kind(number).is_some()
 }
 
-/// An epoch while its messages come in.
+/// An epoch whose messages are being read.
 #[derive(Debug)]
 struct Open {
     offset: u64,
@@ -139,7 +139,8 @@ struct Reader {
     near: Option<GpsTime>,
     open: Option<Open>,
     station: Option<u16>,
-    /// Farthest that a position lies from the station's first one (m), and where it first did.
+    /// Largest distance of a position from the station's first position (m), and the offset of its first
+    /// occurrence.
     moved: Option<(f64, usize)>,
     locks: LockTracker,
     /// Phase minus pseudorange (cycles) of phases known modulo 1500 cycles, when last seen.
@@ -296,7 +297,7 @@ impl Reader {
         if let Some(open) = &mut self.open {
             open.more_follow = measured.more_follow;
             for (satellite, signal) in signals {
-                push(&mut open.epoch.satellites, satellite, signal);
+                add_signal(&mut open.epoch.satellites, satellite, signal);
             }
         }
     }
@@ -345,8 +346,8 @@ impl Reader {
         signal
     }
 
-    /// Phase minus pseudorange, continued from the epoch before: ionosphere drives the two apart,
-    /// and past 750 cycles a sender starts again at the other end.
+    /// Phase minus pseudorange, continued from the epoch before: ionosphere drives the two apart, and beyond
+    /// 750 cycles a sender wraps around.
     fn unwrapped(&mut self, signal: (SatelliteId, SignalCode), excess: f64, lost: bool) -> f64 {
         let before = self.excess_cycles.get(&signal).filter(|_| !lost);
         let turns = before.map_or(0.0, |b| ((b - excess) / PHASE_MODULUS_CYCLES).round());
@@ -394,19 +395,7 @@ impl Reader {
     }
 }
 
-/// Adds a signal to its satellite; of a signal in two messages of an epoch the first stays.
-fn push(out: &mut Vec<RecordedSatellite>, satellite: SatelliteId, signal: SignalObservation) {
-    match out.iter_mut().find(|s| s.satellite == satellite) {
-        Some(of) if of.signals.iter().any(|s| s.code == signal.code) => {}
-        Some(of) => of.signals.push(signal),
-        None => out.push(RecordedSatellite {
-            satellite,
-            signals: vec![signal],
-        }),
-    }
-}
-
-/// A sentence about epochs that the log's usual interval lets expect and that are not there.
+/// A remark on epochs that are missing by the log's usual interval.
 fn missing_epochs(epochs: &[(u64, RecordedEpoch)]) -> Option<String> {
     let mut steps_s: Vec<f64> = epochs
         .windows(2)

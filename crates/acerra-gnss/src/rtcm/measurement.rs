@@ -8,7 +8,7 @@ use crate::observations::signal::SignalCode;
 pub(super) struct Measured {
     /// Reference station (DF003).
     pub station: u16,
-    /// Epoch time as its system counts it.
+    /// Epoch time in the system's count.
     pub tag: TimeTag,
     /// Whether more messages of this epoch follow.
     pub more_follow: bool,
@@ -53,7 +53,7 @@ pub(super) struct MeasuredSignal {
 /// A carrier phase in units of length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PhaseRange {
-    /// As it is (m).
+    /// A phase range without ambiguity (m).
     Whole(f64),
     /// Beyond a pseudorange (m), by an excess (m) whose cycles are known modulo 1500.
     Modulo1500 {
@@ -65,7 +65,7 @@ pub(super) enum PhaseRange {
 }
 
 impl PhaseRange {
-    /// Whether it can be the distance of a satellite.
+    /// Whether the phase range is positive.
     pub(super) fn is_positive(&self) -> bool {
         match *self {
             Self::Whole(metres) => metres > 0.0,
@@ -74,7 +74,7 @@ impl PhaseRange {
     }
 }
 
-/// The satellite that a number in a message of `system` means.
+/// The satellite of a number in a message of `system`.
 pub(super) fn satellite(system: System, number: u8) -> Option<SatelliteId> {
     match system {
         // Bit 1 of the SBAS mask is PRN 120.

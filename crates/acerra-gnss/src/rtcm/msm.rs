@@ -9,7 +9,7 @@ use crate::orbits::bits::BitCursor;
 
 /// Metres that light travels in a millisecond.
 const LIGHT_MILLISECOND_M: f64 = SPEED_OF_LIGHT_M_S * 1e-3;
-/// Most cells (satellites times signals) of a message.
+/// Largest number of cells (satellites times signals) of a message.
 const MAX_CELLS: usize = 64;
 
 /// System and kind (4 to 7) of an MSM message number, if the kind is supported.
@@ -67,7 +67,7 @@ struct Header {
     station: u16,
     tag: TimeTag,
     more_follow: bool,
-    /// By row; `None` for reserved numbers.
+    /// Satellite of each row; `None` for reserved numbers.
     satellites: Vec<Option<SatelliteId>>,
     /// Row and signal of each cell; `None` for reserved signals.
     cells: Vec<(usize, Option<SignalCode>)>,
@@ -114,7 +114,7 @@ impl Header {
     }
 }
 
-/// The places, from 1 at the left, of the bits set in a mask of `width` bits.
+/// Positions, from 1 at the left, of the bits set in a mask of `width` bits.
 fn set_bits(mask: u64, width: u8) -> impl Iterator<Item = u8> {
     (1..=width).filter(move |&place| mask >> (width - place) & 1 == 1)
 }

@@ -1,5 +1,4 @@
-//! Which week a log was recorded in. Observation messages give the time within a week, or a day,
-//! only.
+//! The week in which a log was recorded: observation messages give only the time within a week, or a day.
 
 use acerra_geo::time::{Calendar, GpsTime, SECONDS_PER_WEEK};
 
@@ -9,10 +8,10 @@ use super::station;
 use crate::orbits::bits::BitCursor;
 use crate::rinex::{moscow_time, nearest_week};
 
-/// The first week of a ten-bit week number without other information: since 7 April 2019.
+/// First week assumed for ten-bit week numbers without other information: the week of 7 April 2019.
 const FIRST_WEEK_OF_TEN_BITS: i64 = 2048;
 
-/// Where a log's date comes from.
+/// Source of a log's date.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DateSource {
@@ -53,7 +52,8 @@ pub(super) fn date_of(
     if let Some(date) = median(weeks.collect()) {
         return Some((date, DateSource::Ephemerides));
     }
-    // Of the weeks 1024 apart: the one about the time stated; else the last before the file was written.
+    // Of the weeks 1024 apart, the week nearest to the stated time is used, or else the last week before the
+    // file was written.
     let (since, source) = match (stated, not_after) {
         (Some(t), _) => (t.week() - 512, DateSource::TenBitsAndStated),
         (None, Some(t)) => (t.week() - 1023, DateSource::TenBitsAndFile),
@@ -66,7 +66,7 @@ pub(super) fn date_of(
     stated.map(|t| (t, DateSource::Stated))
 }
 
-/// The middle one, which single wrong dates do not move.
+/// The median, which single wrong dates do not move.
 fn median(mut times: Vec<GpsTime>) -> Option<GpsTime> {
     times.sort();
     times.get(times.len() / 2).copied()
@@ -137,7 +137,7 @@ fn in_era(week: i64, toc_s: f64, since: i64) -> GpsTime {
     GpsTime::from_week_tow(since + (week - since).rem_euclid(1024), toc_s)
 }
 
-/// The instant nearest to `near` with this tag; `None` for a tag that no week or day has.
+/// The instant nearest to `near` with the tag `tag`; `None` for a tag outside the week or day.
 pub(super) fn resolve(tag: TimeTag, near: GpsTime) -> Option<GpsTime> {
     let seconds = |ms: u32| f64::from(ms) * 1e-3;
     let week_s = SECONDS_PER_WEEK as f64;
@@ -152,8 +152,8 @@ pub(super) fn resolve(tag: TimeTag, near: GpsTime) -> Option<GpsTime> {
     }
 }
 
-/// The time with these milliseconds of the week that is nearest to `near`, without the rounding
-/// of seconds in floating point.
+/// The time with `ms` milliseconds of the week that is nearest to `near`, without rounding of seconds in
+/// floating point.
 fn on_milliseconds(near: GpsTime, ms: u32) -> GpsTime {
     let whole = nearest_week(near, f64::from(ms / 1000));
     GpsTime::new(whole.seconds(), f64::from(ms % 1000) * 1e-3)

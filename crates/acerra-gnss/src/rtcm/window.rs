@@ -1,8 +1,8 @@
-//! CRC-24Q of any stretch of a log in a few steps, whatever its length.
+//! CRC-24Q of any stretch of a log in a few steps, independent of the stretch's length.
 //!
 //! A hostile log may have the apparent beginning of a message of 1 kB at every third byte. The remainders of
-//! all prefixes of a block are kept. As the code is linear, the remainder of a stretch is that of the prefix
-//! at its end, less that of the prefix at its beginning shifted by the stretch's length.
+//! all prefixes of a block are kept. As the code is linear, the remainder of a stretch is the remainder of
+//! the prefix at its end, less the remainder of the prefix at its beginning shifted by the stretch's length.
 
 use crate::orbits::bits::crc24q_step;
 
@@ -26,7 +26,7 @@ static MOVED: [u32; LONGEST_BYTES + 1] = {
 /// Remainders of a block of a log.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CrcWindow {
-    /// Where the block begins.
+    /// Offset of the block.
     first: usize,
     /// Remainder of the first k bytes of the block.
     remainder: Vec<u32>,
@@ -35,7 +35,7 @@ pub(super) struct CrcWindow {
 }
 
 impl CrcWindow {
-    /// The remainder of `log[from..to]`; none beyond the log or for a stretch longer than a message.
+    /// The remainder of `log[from..to]`; `None` beyond the log or for a stretch longer than a message.
     pub fn crc(&mut self, log: &[u8], from: usize, to: usize) -> Option<u32> {
         let length = to.checked_sub(from).filter(|l| *l <= LONGEST_BYTES)?;
         log.get(from..to)?;

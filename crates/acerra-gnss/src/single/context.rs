@@ -6,12 +6,12 @@ use crate::options::PpkOptions;
 use crate::orbits::navigation::Klobuchar;
 use acerra_geo::time::GpsTime;
 
-/// Everything a single-point position needs to know.
+/// Inputs of a single-point position.
 pub(crate) struct SingleContext<'a> {
     pub constellation: &'a Constellation,
     pub klobuchar: &'a Klobuchar,
     pub options: &'a PpkOptions,
-    /// The receiver is the base (for the C/N₀ mask).
+    /// Whether the receiver is the base (for the C/N₀ mask).
     pub base: bool,
 }
 

@@ -13,7 +13,8 @@ use acerra_geo::time::GpsTime;
 use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
 
-/// Position (3), GPS clock, and offsets of GLONASS, Galileo, BeiDou, NavIC against it.
+/// Number of states: position (3), GPS clock, and clock offsets of GLONASS, Galileo, BeiDou, NavIC relative
+/// to GPS.
 pub(super) const STATES: usize = 8;
 const CODE_ERROR_FACTOR: f64 = 100.0;
 const CODE_BIAS_ERROR_M: f64 = 0.3;
@@ -38,22 +39,22 @@ pub(super) struct Row {
 
 /// The equations of an epoch.
 pub(super) struct Equations {
-    /// Equations of satellites, then those of clocks without a satellite.
+    /// Equations of satellites, followed by equations of clocks without a satellite.
     pub rows: Vec<Row>,
     pub satellites: usize,
     /// Azimuth and elevation of satellites used.
     pub directions: Vec<(f64, f64)>,
-    /// Their places among the measurements.
+    /// Indices of the satellites used among the measurements.
     pub used: Vec<usize>,
 }
 
-/// The receiver that equations are about.
+/// The receiver about which equations are linearised.
 struct About {
     time: GpsTime,
     position_ecef_m: [f64; 3],
     frame: EnuFrame,
     zenith_troposphere_m: f64,
-    /// Clock against GPS time (m).
+    /// Clock offset from GPS time (m).
     clock_m: f64,
     directions_known: bool,
 }
@@ -65,8 +66,8 @@ struct Delays {
 }
 
 impl SingleContext<'_> {
-    /// The equations at the state `x`; before directions are known every satellite is taken to be in the
-    /// zenith, and no signal is delayed.
+    /// The equations at the state `x`; before directions are known every satellite is assumed in the zenith,
+    /// and signals without delay.
     pub(super) fn equations(
         &self,
         epoch: &Epoch,

@@ -1,4 +1,4 @@
-//! The iteration to a single-point position, and whether to believe where it ends.
+//! The iteration to a single-point position, and the validation of the result.
 
 use super::context::{SingleContext, SinglePoint};
 use super::equations::{Equations, Row, STATES};
@@ -10,29 +10,29 @@ use crate::solution::NotFixedReason;
 use nalgebra::{SMatrix, SVector};
 
 const LARGEST_ITERATIONS: usize = 10;
-/// Satellites down to which outlying ones are left out of a position that fails its validation.
+/// Least number of satellites that remain when outliers are left out of a position that fails its validation.
 const LEAST_FOR_BEST_EFFORT: usize = 6;
-/// Root mean square of the residuals beyond which such a position is none (m).
+/// Largest root mean square of the residuals of such a position (m).
 const LARGEST_RMS_M: f64 = 30.0;
 /// Distance (m) over which no satellite's elevation changes by more than 0.2°.
 const LARGEST_STEP_M: f64 = 50e3;
 /// Margin for the non-linearity of the equations, and for a last step of up to 0.1 mm: residuals of metres
 /// are known to a millimetre.
 const PASSING_MARGIN: f64 = 1.01;
-/// Share of a satellite's variance that the others must check.
+/// Least redundancy of a satellite, as a share of its variance.
 const LEAST_REDUNDANCY: f64 = 1e-6;
-/// Where an iteration begins.
+/// Start of an iteration.
 #[derive(Clone, Copy)]
 struct Start {
     position_ecef_m: [f64; 3],
-    /// The receiver is there but for a satellite or two that misled it: directions are known, and
-    /// with them the delays in the atmosphere. Elsewhere, at the Earth's centre at worst, they are
-    /// not before the first step.
+    /// Whether the receiver is near this position, except for the effect of one or two faulty satellites:
+    /// directions, and delays in the atmosphere, are then known. Otherwise (at worst at the Earth's centre)
+    /// they are unknown before the first step.
     is_near: bool,
 }
 
 impl Start {
-    /// The place that an iteration from here came to.
+    /// The start for an iteration that continues from the end of this one.
     fn moved_to(self, position_ecef_m: [f64; 3]) -> Self {
         let squares = (0..3).map(|k| (position_ecef_m[k] - self.position_ecef_m[k]).powi(2));
         Self {
@@ -60,9 +60,9 @@ impl Converged {
             .sum()
     }
 
-    /// The sum without the equation of one satellite: less by its residual against the position by the
-    /// others, v²/(σ² − hᵀQh), v being the residual against the position by all and Q the covariance of that
-    /// position (Cook 1977). `None` where the others determine no position.
+    /// χ² without the equation of one satellite: reduced by v²/(σ² − hᵀQh), with the satellite's residual v
+    /// at the position from all satellites and the covariance Q of that position (Cook 1977). `None` where
+    /// the other satellites determine no position.
     fn chi_square_without(&self, row: usize) -> Option<f64> {
         let row = &self.equations.rows[row];
         let design = SVector::from(row.design);
@@ -75,7 +75,7 @@ impl Converged {
 impl SingleContext<'_> {
     /// The single-point position of `epoch`, starting from `start`.
     ///
-    /// On failure the reason, and the position where the iteration ended.
+    /// On failure returns the reason and the position at which the iteration ended.
     pub(crate) fn solve(
         &self,
         epoch: &Epoch,
@@ -158,7 +158,7 @@ impl SingleContext<'_> {
         Err((NotFixedReason::SinglePointFailed, position(&x)))
     }
 
-    /// Whether the residuals of a position and its geometry allow it; if not, why, and where it is.
+    /// Validates a position by its residuals and geometry; fails with the reason and the position.
     fn check(&self, solved: &Converged) -> Result<(), (NotFixedReason, [f64; 3])> {
         let end = solved.position();
         let rows = solved.equations.rows.len();
@@ -172,7 +172,7 @@ impl SingleContext<'_> {
         Ok(())
     }
 
-    /// Whether the residuals of a number of equations are to be within their variances.
+    /// Whether the residuals of `rows` equations must be within their variances.
     fn checks_residuals(&self, rows: usize) -> bool {
         rows > STATES && self.options.policy().tests_single_point()
     }
@@ -182,7 +182,7 @@ impl SingleContext<'_> {
     fn cannot_pass_without(&self, of_all: &Converged, k: usize) -> bool {
         let equations = &of_all.equations;
         let Some(row) = equations.used.iter().position(|&used| used == k) else {
-            // Without this satellite the position is that of all.
+            // The satellite has no effect on the position.
             return true;
         };
         let left = equations.rows.len() - 1;
@@ -193,7 +193,7 @@ impl SingleContext<'_> {
                 .is_some_and(|sum| sum > limit())
     }
 
-    /// Among the solutions that leave out one satellite, the one with the least residuals.
+    /// The solution with the least residuals among the solutions without one satellite.
     fn leave_one_out(
         &self,
         epoch: &Epoch,
@@ -232,8 +232,8 @@ impl SingleContext<'_> {
         best.map(|(_, solved)| solved)
     }
 
-    /// The solution without the satellites with the largest residuals; where those that remain
-    /// still contradict each other, its covariance grows as their residuals say.
+    /// The solution without the satellites with the largest residuals; where the remaining satellites still
+    /// contradict each other, the covariance is scaled by their residuals.
     fn best_effort(
         &self,
         epoch: &Epoch,

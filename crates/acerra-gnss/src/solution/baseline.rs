@@ -1,13 +1,13 @@
-//! The vector between two antennas on one vehicle, and the attitude that it gives.
+//! The vector between two antennas on one vehicle, and the resulting attitude.
 
 use acerra_geo::geodesy::EnuFrame;
 
 /// The vector from a moving base's antenna to the rover's, at the rover's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Baseline {
-    /// The base's antenna (ECEF, m) by its own codes, accurate to metres.
+    /// The base's antenna (ECEF, m) from the base's codes, accurate to metres.
     pub base_position_ecef_m: [f64; 3],
-    /// From there to the rover's antenna (ECEF, m), by carrier phase where ambiguities are fixed.
+    /// Vector from the base's to the rover's antenna (ECEF, m), by carrier phase where ambiguities are fixed.
     pub vector_ecef_m: [f64; 3],
     /// Covariance of the vector (ECEF, m²).
     pub covariance_ecef_m2: [[f64; 3]; 3],
@@ -18,15 +18,15 @@ pub struct Baseline {
 pub struct BaselineAttitude {
     /// Azimuth from north over east of the direction from base to rover (rad, 0 to 2π).
     pub heading_rad: f64,
-    /// Its standard deviation (rad).
+    /// Standard deviation of the heading (rad).
     pub heading_sigma_rad: f64,
     /// Elevation of the direction above the horizon (rad).
     pub pitch_rad: f64,
-    /// Its standard deviation (rad).
+    /// Standard deviation of the pitch (rad).
     pub pitch_sigma_rad: f64,
     /// Length (m).
     pub length_m: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation of the length (m).
     pub length_sigma_m: f64,
 }
 
@@ -42,7 +42,7 @@ impl Baseline {
         self.frame().enu_vector_from_ecef(self.vector_ecef_m)
     }
 
-    /// Its covariance there (m²).
+    /// Covariance of the vector in these axes (m²).
     #[must_use]
     pub fn enu_covariance_m2(&self) -> [[f64; 3]; 3] {
         self.frame()
@@ -57,8 +57,8 @@ impl Baseline {
 
     /// Direction and length; `None` for a baseline without a horizontal part, which has no heading.
     ///
-    /// Standard deviations follow from the vector's by its derivatives, which holds while they are
-    /// small: a tenth of a radian or less.
+    /// Standard deviations are propagated linearly from the vector's covariance, which is valid up to about a
+    /// tenth of a radian.
     ///
     /// ```
     /// use acerra_geo::geodesy::EnuFrame;
@@ -131,7 +131,7 @@ mod tests {
         }
     }
 
-    /// Standard deviations against derivatives taken numerically.
+    /// Standard deviations are compared with numerical derivatives.
     #[test]
     fn deviations_are_those_of_the_derivatives() {
         let place = [-1.1, 0.7, 0.4];

@@ -14,7 +14,8 @@ pub struct Solution {
     pub time: GpsTime,
     /// Rover antenna position (ECEF, m).
     pub position_ecef_m: [f64; 3],
-    /// Its covariance (ECEF, m²), the base's place assumed known; of a moving base with that of its place.
+    /// Covariance of the position (ECEF, m²), for a known base position; with a moving base the covariance of
+    /// the base's position is included.
     pub covariance_ecef_m2: [[f64; 3]; 3],
     /// The vector from a moving base ([`PositioningMode::MovingBase`]); `None` with a fixed base.
     ///
@@ -30,7 +31,7 @@ pub struct Solution {
     pub age_s: f64,
     /// Ratio of the ambiguity test, capped at 999.9; 0 when none was made.
     pub ratio: f64,
-    /// Why the epoch is not fixed; `None` when it is.
+    /// Reason for which the epoch is not fixed; `None` for a fixed epoch.
     pub not_fixed: Option<NotFixedReason>,
     /// Residuals and state of each satellite used.
     pub residuals: Vec<SatelliteResidual>,
@@ -53,7 +54,7 @@ pub struct SatelliteResidual {
     pub code_m: Option<f64>,
     /// Whether a cycle slip was flagged at this epoch.
     pub slipped: bool,
-    /// Whether the ambiguity took part in a fix.
+    /// Whether the ambiguity is part of a fix.
     pub fixed: bool,
 }
 
@@ -62,7 +63,7 @@ pub struct SatelliteResidual {
 pub struct LostEpoch {
     /// Receiver tag.
     pub time: GpsTime,
-    /// Why.
+    /// Reason for which there is no position.
     pub reason: NotFixedReason,
 }
 
@@ -71,7 +72,7 @@ pub struct LostEpoch {
 pub struct EventPosition {
     /// The event.
     pub event: EventRecord,
-    /// Its time in GPS time.
+    /// Time of the event in GPS time.
     pub time: GpsTime,
     /// Position (ECEF, m) interpolated between its neighbours; `None` outside the solution or
     /// inside a gap.
@@ -83,7 +84,7 @@ pub struct EventPosition {
 }
 
 impl Solution {
-    /// The covariance (ECEF, m²) relative to the base: that of the baseline where the base moves.
+    /// The covariance (ECEF, m²) relative to the base: the baseline's covariance for a moving base.
     #[must_use]
     pub fn relative_covariance_ecef_m2(&self) -> [[f64; 3]; 3] {
         self.baseline

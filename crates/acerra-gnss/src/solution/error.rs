@@ -1,12 +1,12 @@
-//! Why a rover's log cannot be positioned.
+//! Errors of the positioning of a rover's log.
 
 use acerra_geo::geodesy::geodetic_from_ecef;
 use acerra_geo::time::GpsTime;
 
-/// First and last time of something.
+/// First and last time of a log or of other data.
 pub type TimeSpan = (GpsTime, GpsTime);
 
-/// Why there is no solution at all.
+/// Reason for which there is no solution.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PpkError {
@@ -23,7 +23,7 @@ pub enum PpkError {
         rover: TimeSpan,
         /// Start of the time window.
         start: Option<GpsTime>,
-        /// Its end.
+        /// End of the time window.
         end: Option<GpsTime>,
     },
     /// The base's log is needed and has no epochs.
@@ -54,13 +54,13 @@ pub enum PpkError {
         /// Span of the base's log.
         base: TimeSpan,
     },
-    /// The base position is to come from a source without one.
+    /// The required source of the base position contains none.
     #[error("the log does not hold the base position{}", suggestion(*.own_single_ecef_m))]
     BasePositionMissing {
         /// Median of the base's own single-point positions (ECEF, m), as a suggestion.
         own_single_ecef_m: Option<[f64; 3]>,
     },
-    /// The base position cannot be true.
+    /// The base position is impossible.
     #[error(
         "base position {:.3} {:.3} {:.3} (ECEF, m) is impossible{}",
         position_ecef_m[0], position_ecef_m[1], position_ecef_m[2],
@@ -80,9 +80,9 @@ pub enum PpkError {
     Option {
         /// Name of the field.
         name: &'static str,
-        /// What it should be.
+        /// The valid values.
         expected: &'static str,
-        /// What it is.
+        /// The value found.
         found: f64,
     },
 }

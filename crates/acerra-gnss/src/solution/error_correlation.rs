@@ -2,7 +2,7 @@
 
 use crate::observations::observation::EPOCH_TOLERANCE_S;
 
-/// Correlation in time of a trajectory's errors, as measured from its own fixes.
+/// Correlation in time of a trajectory's errors, measured from the trajectory's fixes.
 ///
 /// Errors of phases are a sum of first-order Gauss–Markov processes (multipath) and white noise; float
 /// positions also have the slow error of their ambiguities.
@@ -22,13 +22,13 @@ pub struct ErrorCorrelation {
 pub struct Lasting {
     /// Share of the error's variance.
     pub share: f64,
-    /// Time (s) in which its correlation falls to 1/e.
+    /// Time (s) in which the correlation falls to 1/e.
     pub time_constant_s: f64,
 }
 
 impl Default for ErrorCorrelation {
-    /// Where nothing is measured: multipath as long as satellites take to turn it by a radian at an antenna 1
-    /// m above a reflecting ground (180 s) is half of the phases' variance, and the errors of float
+    /// Defaults without measurements: multipath with the time in which its phase changes by a radian at an
+    /// antenna 1 m above a reflecting ground (180 s) is half of the phases' variance, and the errors of float
     /// ambiguities last for 300 s.
     fn default() -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Default for ErrorCorrelation {
 }
 
 impl ErrorCorrelation {
-    /// Correlation of phase errors this far apart.
+    /// Correlation of phase errors `apart_s` apart.
     #[must_use]
     pub fn of_phases(&self, apart_s: f64) -> f64 {
         if apart_s.abs() < EPOCH_TOLERANCE_S {
@@ -55,7 +55,7 @@ impl ErrorCorrelation {
         sum(&self.phases, apart_s)
     }
 
-    /// Correlation of the errors of float ambiguities this far apart.
+    /// Correlation of the errors of float ambiguities `apart_s` apart.
     #[must_use]
     pub fn of_ambiguities(&self, apart_s: f64) -> f64 {
         sum(&self.ambiguities, apart_s)

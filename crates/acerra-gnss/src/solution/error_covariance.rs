@@ -7,17 +7,15 @@
 use super::epoch::Solution;
 use super::error_correlation::ErrorCorrelation;
 use super::quality::Quality;
-use super::summary::PpkSolution;
 use nalgebra::{Matrix3, SymmetricEigen};
 
 impl ErrorCorrelation {
-    /// Covariance (ECEF, m²) of the errors of two positions: of the error of `a` along each axis
-    /// (rows) with the error of `b` (columns). For `a` itself it is the stated covariance; a matrix
-    /// of such blocks over any epochs is positive semi-definite.
+    /// Covariance (ECEF, m²) of the errors of two positions: of the error of `a` along each axis (rows) with
+    /// the error of `b` (columns). With `b` = `a` the result is the stated covariance; a matrix of such
+    /// blocks over any epochs is positive semi-definite.
     ///
-    /// Each position's error is its covariance's symmetric root times unit processes: one of the
-    /// phases, and one of ambiguities (or of codes, where they alone gave the position), which
-    /// share its variance.
+    /// Each position's error is its covariance's symmetric root times unit processes: one of the phases, and
+    /// one of ambiguities (or of codes, for positions from codes alone), which share the position's variance.
     ///
     /// ```
     /// use acerra_gnss::{ErrorCorrelation, Lasting, Quality, Solution};
@@ -61,7 +59,7 @@ impl ErrorCorrelation {
         std::array::from_fn(|i| std::array::from_fn(|j| product[(i, j)]))
     }
 
-    /// Share of a position's error variance that its phases make.
+    /// Share of a position's error variance due to phases.
     fn phase_share(&self, solution: &Solution) -> f64 {
         let variance_m2: f64 = (0..3).map(|k| solution.covariance_ecef_m2[k][k]).sum();
         match solution.quality {
@@ -78,19 +76,4 @@ fn root(solution: &Solution) -> Matrix3<f64> {
     let mut eigen = SymmetricEigen::new(covariance);
     eigen.eigenvalues.apply(|v| *v = v.max(0.0).sqrt());
     eigen.recompose()
-}
-
-impl PpkSolution {
-    /// Covariance (ECEF, m²) of the errors of the epochs numbered `a` and `b`, of axes in that
-    /// order; `None` where there are no such epochs. See
-    /// [`ErrorCorrelation::covariance_ecef_m2`].
-    #[must_use]
-    pub fn error_covariance_ecef_m2(&self, a: usize, b: usize) -> Option<[[f64; 3]; 3]> {
-        let (a, b) = (self.epochs.get(a)?, self.epochs.get(b)?);
-        let known = self.summary.error_correlation.as_ref();
-        Some(known.map_or_else(
-            || ErrorCorrelation::default().covariance_ecef_m2(a, b),
-            |errors| errors.covariance_ecef_m2(a, b),
-        ))
-    }
 }

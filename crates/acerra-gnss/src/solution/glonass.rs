@@ -6,21 +6,21 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum GlonassDecision {
-    /// Ambiguities resolved: no inter-channel bias is to be seen.
+    /// Ambiguities resolved without an inter-channel bias: none is significant.
     WithoutBias {
         /// Standard deviation of the slope (m per channel).
         sigma_m_per_channel: f64,
     },
     /// Ambiguities resolved after an inter-channel bias.
     WithBias {
-        /// Its slope (m per channel).
+        /// Slope of the bias (m per channel).
         slope_m_per_channel: f64,
-        /// Its standard deviation (m per channel).
+        /// Standard deviation of the slope (m per channel).
         sigma_m_per_channel: f64,
     },
-    /// Ambiguities left float: too few fixes would take them.
+    /// Ambiguities left float: too few fixes accept them.
     Float {
-        /// Fixes with GLONASS in the pass that tried.
+        /// Number of fixes with GLONASS in the trial pass.
         fixes: usize,
     },
 }

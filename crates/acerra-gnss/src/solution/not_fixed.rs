@@ -1,8 +1,8 @@
-//! Why an epoch is not fixed.
+//! Reasons for which an epoch is not fixed.
 
 use std::fmt;
 
-/// Why an epoch is not fixed.
+/// Reasons for which an epoch is not fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum NotFixedReason {
@@ -49,7 +49,7 @@ pub enum NotFixedReason {
     },
     /// The ratio test passed, with too few data to distinguish right integers from wrong ones.
     IntegersUncertain {
-        /// Probability that they are right, from the float ambiguities' covariance.
+        /// Probability that the integers are right, from the float ambiguities' covariance.
         success_rate: f64,
         /// The probability needed.
         needed: f64,
@@ -62,8 +62,8 @@ pub enum NotFixedReason {
     },
     /// The integer search failed (covariance not positive definite).
     SearchFailed,
-    /// The fix uses no more phases than determine a position, and in poor geometry: a wrong fix would not
-    /// show.
+    /// The fix uses no more phases than determine a position, and in poor geometry: a wrong fix would not be
+    /// noticed.
     NothingChecksFix,
     /// The float position was too uncertain for an attempt.
     FloatTooUncertain {
@@ -87,7 +87,7 @@ pub enum NotFixedReason {
 }
 
 impl NotFixedReason {
-    /// Short key under which reports count this reason.
+    /// Short key of this reason in reports.
     #[must_use]
     pub const fn key(&self) -> &'static str {
         match self {

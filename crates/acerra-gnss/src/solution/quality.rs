@@ -1,6 +1,6 @@
 //! The quality of a solution.
 
-/// Quality of a solution, numbered as RTKLIB numbers it.
+/// Quality of a solution, with RTKLIB's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Quality {
     /// 1: ambiguities fixed to integers.

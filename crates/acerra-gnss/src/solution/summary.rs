@@ -16,15 +16,15 @@ pub struct PpkSummary {
     pub float: usize,
     /// Epochs of other quality.
     pub other: usize,
-    /// Reason (see [`key`](crate::NotFixedReason::key)) and number of epochs not fixed for it, most frequent
-    /// first; epochs without any position included.
+    /// Reason (see [`key`](crate::NotFixedReason::key)) and number of epochs not fixed for this reason, most
+    /// frequent first; epochs without any position included.
     pub not_fixed: Vec<(&'static str, usize)>,
     /// Smallest, mean and largest age of the base's data (s), where any was used.
     pub age_s: Option<[f64; 3]>,
     /// Decision about GLONASS ambiguities, where the options leave it to the run.
     pub glonass: Option<GlonassDecision>,
-    /// Distance of the base position given from the base's own single-point position (m), where the
-    /// base has one.
+    /// Distance of the given base position from the base's single-point position (m), where the latter
+    /// exists.
     pub base_from_single_m: Option<f64>,
     /// Correlation in time of the positions' errors, where there are enough fixes to measure it.
     pub error_correlation: Option<ErrorCorrelation>,

@@ -1,4 +1,4 @@
-//! A solution as a trajectory, the form in which the rest of the processing takes positions.
+//! Conversion of a solution to a trajectory, the input of the further processing.
 
 use super::epoch::Solution;
 use super::quality::Quality;
@@ -8,9 +8,9 @@ use acerra_geo::time::GpsTime;
 use acerra_geo::trajectory::{Fix, Frame, SolutionStatus, TimeOrigin, Trajectory, TrajectoryError};
 
 impl PpkSolution {
-    /// The solution as a trajectory: east, north, up about the base (in single-point mode, about the
-    /// first position), in GPS seconds of the first position's week, as the reader of `.pos` files
-    /// has it. Epochs positioned by codes alone are left out, unless there are no others.
+    /// The solution as a trajectory: east, north, up about the base (in single-point mode, about the first
+    /// position), in GPS seconds of the first position's week, as from the reader of `.pos` files. Epochs
+    /// positioned by codes alone are left out, unless there are no others.
     ///
     /// # Errors
     /// [`TrajectoryError::Empty`] when no epoch has a position.

@@ -12,9 +12,9 @@ pub struct MissingNavigation {
     pub satellite: SatelliteId,
     /// First and last rover epoch at which it was observed without a usable ephemeris.
     pub span: (GpsTime, GpsTime),
-    /// How many epochs.
+    /// Number of epochs.
     pub epochs: usize,
-    /// Whether it lacks its GLONASS frequency channel rather than an ephemeris.
+    /// Whether the GLONASS frequency channel is missing rather than an ephemeris.
     pub channel_missing: bool,
 }
 
@@ -46,7 +46,7 @@ pub enum PpkWarning {
     DefaultIonosphere,
     /// No phases at all, or none with a resolved half cycle: ambiguities cannot be resolved.
     NoUsablePhases {
-        /// Whether it is the base's log that lacks them.
+        /// Whether the base's log lacks phases (otherwise the rover's).
         base: bool,
     },
     /// Rover and base hold identical observations.
@@ -56,10 +56,10 @@ pub enum PpkWarning {
         /// Median speed (m/s).
         speed_m_s: f64,
     },
-    /// Fixing was poor by the settings given; others, whose passes agree at more epochs, were taken
+    /// Fixing was poor by the settings given; other settings, whose passes agree at more epochs, were used
     /// where they fixed more.
     AlternativeTaken {
-        /// The C/N₀ mask tried (dB-Hz), if it is that which helped.
+        /// The C/N₀ mask used (dB-Hz); `None` where another setting was used.
         cn0_mask_db_hz: Option<f64>,
         /// Epochs at which forward and backward fixes agree, before and after.
         agreeing: [usize; 2],
@@ -75,7 +75,8 @@ pub enum PpkWarning {
     },
     /// The motion model is not used: with a moving base it would predict the base's errors.
     DynamicsNotUsed,
-    /// The backward pass starts afresh, although it was to go on from the forward pass's state.
+    /// The backward pass starts from a new state instead of the forward pass's state that the options
+    /// require.
     PassesStartAnew,
     /// The base position given is far from the base's own single-point position.
     BasePositionDoubtful {

@@ -1,4 +1,4 @@
-//! The base's position: where it comes from, and whether it can be true.
+//! The base's position: its source, and a check of its plausibility.
 
 use crate::measurements::measurement::Epoch;
 use crate::observations::observation::ObservationData;
@@ -9,14 +9,14 @@ use acerra_geo::geodesy::EnuFrame;
 
 /// Least spacing of base epochs that enter a mean position (s).
 const AVERAGE_INTERVAL_S: f64 = 1.0 - 0.025;
-/// Base epochs whose single-point position is computed as a check of a given position.
+/// Number of base epochs whose single-point position is computed to check a given position.
 const CHECKED_EPOCHS: usize = 16;
-/// The number where their median is suggested as the base's position.
+/// Number of base epochs where the median is suggested as the base's position.
 const SUGGESTED_EPOCHS: usize = 240;
 const LEAST_RADIUS_M: f64 = 6.0e6;
 const LARGEST_DISTANCE_M: f64 = 100e3;
-/// Distance from its own single-point position beyond which a base position is doubtful (m): three times the
-/// error of the median of single-frequency positions.
+/// Distance from the base's single-point position beyond which a base position is doubtful (m): three times
+/// the error of the median of single-frequency positions.
 const DOUBTFUL_DISTANCE_M: f64 = 10.0;
 /// Median Doppler speed above which a base counts as moving (m/s).
 const MOVING_SPEED_M_S: f64 = 0.3;
@@ -48,7 +48,7 @@ fn single_points<'e>(
 /// Place of the base's antenna.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct BasePlace {
-    /// Its position (ECEF, m).
+    /// Position of the antenna (ECEF, m).
     pub position_ecef_m: [f64; 3],
     /// Distance from the base's own single-point position (m), where there is one that is not the source of
     /// the position.

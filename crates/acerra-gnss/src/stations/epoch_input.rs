@@ -1,4 +1,4 @@
-//! Input of the filter at one epoch: the rover's measurements and the base's.
+//! Input of the filter at one epoch: the measurements of rover and base.
 
 use super::moving_base::MovedBase;
 use crate::measurements::constellation::{SatelliteState, Unusable};
@@ -9,17 +9,17 @@ use crate::single::SinglePoint;
 use crate::solution::NotFixedReason;
 use std::sync::{Arc, OnceLock};
 
-/// The rover's epoch with everything that does not depend on the filter.
+/// The rover's epoch with all data that do not depend on the filter.
 pub(crate) struct RoverEpoch {
-    /// Shared between preparations by other masks.
+    /// Measurements, shared between preparations with different masks.
     pub epoch: Arc<Epoch>,
     pub states: Vec<Result<SatelliteState, Unusable>>,
-    /// The states before implausible pseudoranges were taken out, where any were.
+    /// The states before implausible pseudoranges were removed, where any were.
     pub all_states: Option<Vec<Result<SatelliteState, Unusable>>>,
     pub single: Result<SinglePoint, (NotFixedReason, [f64; 3])>,
-    /// Its zero differences at the single-point position, computed once for all passes.
+    /// Zero differences at the single-point position, computed once for all passes.
     pub zero: OnceLock<Arc<[ZeroDifference]>>,
-    /// Unflagged slips found by passes forward and backward, which hang on no filter.
+    /// Unflagged slips found by forward and backward passes, independent of the filter.
     pub unflagged_slips: [OnceLock<UnflaggedSlips>; 2],
 }
 
@@ -27,7 +27,7 @@ pub(crate) struct RoverEpoch {
 pub(crate) type UnflaggedSlips = Arc<[(usize, usize)]>;
 
 impl RoverEpoch {
-    /// Zero differences at a place: those of the single-point position are computed once.
+    /// Zero differences at a position; those at the single-point position are computed once.
     pub(crate) fn zero_at(
         &self,
         options: &PpkOptions,
@@ -44,13 +44,13 @@ impl RoverEpoch {
     }
 }
 
-/// The base's data that go with a rover epoch.
+/// The base's data for a rover epoch.
 pub(crate) struct BaseView<'a> {
     pub epoch: &'a Epoch,
     pub zero: Arc<[ZeroDifference]>,
-    /// The place that they are of.
+    /// Position of the base for these data.
     pub place_ecef_m: [f64; 3],
-    /// Where a moving base is at the rover's time.
+    /// Position of a moving base at the rover's time.
     pub moved: Option<MovedBase>,
     /// Rover tag minus base tag (s); of a moving base the time between the two receptions.
     pub age_s: f64,

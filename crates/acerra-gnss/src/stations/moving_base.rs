@@ -1,4 +1,4 @@
-//! A base that moves: its antenna's place by its own codes.
+//! A moving base: the position of its antenna from its codes.
 //!
 //! A receiver's place enters a baseline only through the directions to the satellites: errors of metres turn
 //! the directions by less than a microradian. The base's motion between its epoch and the rover's, which must
@@ -8,17 +8,18 @@ use crate::measurements::measurement::Epoch;
 use crate::single::{SingleContext, SinglePoint};
 use acerra_geo::time::GpsTime;
 
-/// Largest time between the epochs of two receivers on one vehicle (s), as RTKLIB has it: one
-/// second, and the tolerance of the tags.
+/// Largest time between the epochs of two receivers on one vehicle (s), as in RTKLIB: one second, and the
+/// tolerance of the tags.
 pub(crate) const LARGEST_SEPARATION_S: f64 = 1.05;
-/// Standard deviation of an unmeasured speed (m/s): that of a drone.
+/// Standard deviation of an unmeasured speed (m/s), typical of a drone.
 const UNKNOWN_SPEED_SIGMA_M_S: f64 = 10.0;
-/// Standard deviation of the acceleration between two epochs (m/s²): that of a drone.
+/// Standard deviation of the acceleration between two epochs (m/s²), typical of a drone.
 const ACCELERATION_SIGMA_M_S2: f64 = 3.0;
-/// Distance to the satellites (m), which a base's error over it turns the directions by.
+/// Distance to the satellites (m): a base's position error divided by this distance is the error of the
+/// directions.
 const SATELLITE_DISTANCE_M: f64 = 2.2e7;
 
-/// Where the base was at each of its epochs; `None` where its codes do not say.
+/// Position of the base at each of its epochs; `None` where the codes give no position.
 #[derive(Debug)]
 pub(crate) struct BaseTrack(Vec<Option<SinglePoint>>);
 
@@ -26,16 +27,16 @@ pub(crate) struct BaseTrack(Vec<Option<SinglePoint>>);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MovedBase {
     pub position_ecef_m: [f64; 3],
-    /// Covariance of its place (m²).
+    /// Covariance of the base's position (m²).
     pub covariance_ecef_m2: [[f64; 3]; 3],
-    /// Covariance (m²) of the base's motion between its epoch and the rover's.
+    /// Covariance (m²) of the base's motion between the epochs of base and rover.
     pub motion_ecef_m2: [[f64; 3]; 3],
 }
 
 impl BaseTrack {
     /// The track of a base by its single-point positions.
     pub(crate) fn of(context: &SingleContext<'_>, epochs: &[Epoch]) -> Self {
-        // Every epoch starts from the first position found, so that none depends on its neighbours.
+        // Every epoch starts from the first position found, so that no epoch depends on its neighbours.
         let mut start = None;
         let points = epochs.iter().map(|epoch| {
             let states = context.states(epoch, epoch.tag, true);
@@ -86,8 +87,8 @@ pub(crate) fn moved(point: &SinglePoint, time: GpsTime) -> MovedBase {
 }
 
 impl MovedBase {
-    /// Covariance (m²) of a baseline of `length_m` that the filter gives `covariance`: the base's
-    /// motion between the epochs and its place come on top.
+    /// Covariance (m²) of a baseline of `length_m` with the filter's `covariance`, plus the contributions of
+    /// the base's motion between the epochs and of the base's position.
     pub(crate) fn of_baseline(
         &self,
         covariance_ecef_m2: &[[f64; 3]; 3],

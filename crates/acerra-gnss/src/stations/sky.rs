@@ -12,7 +12,7 @@ use crate::options::PpkOptions;
 use crate::orbits::geometry::{azimuth_elevation_rad, line_of_sight};
 use crate::orbits::navigation::Navigation;
 
-/// A satellite as a receiver's log holds it.
+/// A satellite of a receiver's log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SatelliteInSky {
     /// The satellite.
@@ -26,15 +26,15 @@ pub struct SatelliteInSky {
 pub struct SkySample {
     /// The epoch's time tag.
     pub time: GpsTime,
-    /// Azimuth from north over east in \[0, 2π) and elevation (rad); none without a pseudorange or a usable
+    /// Azimuth from north over east in \[0, 2π) and elevation (rad); `None` without a pseudorange or a usable
     /// ephemeris.
     pub azimuth_elevation_rad: Option<[f64; 2]>,
     /// Carrier-to-noise density of each frequency slot (dB-Hz).
     pub cn0_db_hz: [Option<f64>; FREQUENCY_SLOTS],
 }
 
-/// Direction and signal strength of every satellite of a log, at epochs at least `interval_s` apart, seen from a
-/// place within some hundred metres of the receiver: directions differ by less than 0.001° there.
+/// Direction and signal strength of every satellite of a log, at epochs at least `interval_s` apart, seen
+/// from a place within some hundred metres of the receiver, where directions differ by less than 0.001°.
 ///
 /// Satellites are in ascending order, of all systems. Ephemerides are chosen as for a position.
 #[must_use]

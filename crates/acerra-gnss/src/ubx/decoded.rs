@@ -5,7 +5,7 @@ use crate::orbits::navigation::{GlonassEphemeris, KeplerEphemeris, Klobuchar};
 /// Result of a subframe, page or string.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Decoded {
-    /// None yet: parts of one issue are missing, or the part holds no ephemeris.
+    /// No result yet: parts of one issue are missing, or the part contains no ephemeris.
     Pending,
     /// A Keplerian ephemeris of parts of one issue.
     Kepler(Box<KeplerEphemeris>),
@@ -13,6 +13,6 @@ pub(super) enum Decoded {
     Glonass(Box<GlonassEphemeris>),
     /// Ionosphere coefficients (GPS page 18 of subframe 4).
     Ionosphere(Klobuchar),
-    /// Check bits that do not hold, or a part that contradicts itself.
+    /// Wrong check bits, or a part with contradictory content.
     Invalid,
 }

@@ -3,23 +3,24 @@
 use super::frame::Frame;
 use super::measurement::bytes;
 
-/// Satellites that a position needs.
+/// Least number of satellites for a position.
 const LEAST_SATELLITES: usize = 4;
 
-/// Whether a receiver knows where it is.
+/// Status of a receiver's fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixState {
-    /// Whether it has a position in three dimensions, or as many satellites as one needs.
+    /// Whether the receiver has a position in three dimensions, or enough satellites for one.
     pub has_fix: bool,
     /// Satellites used, or measured.
     pub satellites: usize,
-    /// Height above the ellipsoid and its standard deviation (m), where the message has a position.
+    /// Height above the ellipsoid and the height's standard deviation (m), where the message has a position.
     pub height_m: Option<[f64; 2]>,
 }
 
-/// The fix by a message: NAV-PVT, or the measurements of RXM-RAWX and RXM-RAW; `None` of other messages.
+/// The fix status by a message: NAV-PVT, or the measurements of RXM-RAWX and RXM-RAW; `None` for other
+/// messages.
 ///
-/// NAV-PVT (01 07) states the fix itself. Of measurements satellites with a pseudorange are counted.
+/// NAV-PVT (01 07) states the fix; for measurements, satellites with a pseudorange are counted.
 #[must_use]
 pub fn fix_state(frame: &Frame<'_>) -> Option<FixState> {
     match (frame.class, frame.id) {

@@ -6,7 +6,7 @@ pub use super::window::MAX_PAYLOAD_BYTES;
 
 const OVERHEAD_BYTES: usize = 8;
 
-/// A frame whose checksum is right.
+/// A frame with a valid checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     /// Message class.
@@ -26,12 +26,12 @@ pub enum Piece<'a> {
     Frame(Frame<'a>),
     /// Bytes that belong to no frame (NMEA, RTCM, noise).
     Outside {
-        /// Offset of the first.
+        /// Offset of the first byte.
         offset: usize,
-        /// How many.
+        /// Number of bytes.
         bytes: usize,
     },
-    /// A frame whose checksum is wrong; the search goes on behind its synchronisation bytes.
+    /// A frame whose checksum is wrong; the search continues behind the frame's synchronisation bytes.
     BadChecksum {
         /// Offset of the first synchronisation byte.
         offset: usize,
@@ -66,7 +66,7 @@ pub fn pieces(log: &[u8]) -> Pieces<'_> {
 pub struct Pieces<'a> {
     log: &'a [u8],
     at: usize,
-    /// The two bytes at `at` begin a frame already reported as bad: they are passed over.
+    /// Whether the two bytes at `at` begin a frame already reported as bad, and are skipped.
     resumed: bool,
     window: SumWindow,
 }
@@ -178,7 +178,7 @@ pub(crate) fn first_valid(bytes: &[u8]) -> bool {
     false
 }
 
-/// Whether a whole frame with a right checksum begins there.
+/// Whether a whole frame with a valid checksum begins at `at`.
 fn begins_frame(bytes: &[u8], at: usize, window: &mut SumWindow) -> bool {
     let [_, _, _, _, low, high, ..] = bytes[at..] else {
         return false;

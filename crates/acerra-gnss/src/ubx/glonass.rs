@@ -19,8 +19,8 @@ pub(super) struct GlonassCollector {
 }
 
 impl GlonassCollector {
-    /// Processes the four words of a string as RXM-SFRBX holds them. `near` is any time within half a day of
-    /// the string.
+    /// Processes the four words of a string in the layout of RXM-SFRBX. `near` is any time within half a day
+    /// of the string.
     pub(super) fn take(
         &mut self,
         satellite: SatelliteId,

@@ -19,7 +19,7 @@ pub(super) struct InavCollector {
 
 impl InavCollector {
     /// Processes an even and an odd page part of four 32-bit words each. `near` is any time within half a
-    /// week of them.
+    /// week of the page.
     pub(super) fn take(
         &mut self,
         satellite: SatelliteId,

@@ -20,7 +20,7 @@ pub(super) struct LnavCollector {
 
 impl LnavCollector {
     /// Processes one subframe of ten 24-bit words (parity removed). `near` is any time within half a week of
-    /// it.
+    /// the subframe.
     pub(super) fn take(
         &mut self,
         satellite: SatelliteId,
@@ -54,7 +54,7 @@ impl LnavCollector {
         if iode != three.unsigned(216, 8) || iode != iodc & 0xFF {
             return Decoded::Pending;
         }
-        // The count in subframe 1 gives the start of the subframe after it.
+        // The count in subframe 1 gives the start of the next subframe.
         let sent = nearest_week(near, f64::from(one.unsigned(24, 17)) * 6.0 - 6.0);
         // Ten bits of the week: the full number is the one nearest to the receiver's.
         let week = i64::from(one.unsigned(48, 10));

@@ -29,15 +29,15 @@ pub struct UbxLog {
     pub navigation: Navigation,
     /// GLONASS channels by satellite number.
     pub glonass_channels: BTreeMap<u8, i8>,
-    /// What was dropped.
+    /// Dropped data.
     pub report: ReadReport,
 }
 
 /// Reads a UBX log: RXM-RAWX, RXM-RAW, RXM-SFRBX, RXM-SFRB and TIM-TM2; other messages are
 /// counted.
 ///
-/// Navigation frames carry ten bits of the week at most; the measurements of the log give the full week,
-/// never the computer's clock. Without measurements the frames are not used.
+/// Navigation frames carry ten bits of the week at most; the full week comes from the measurements of the
+/// log, never from the computer's clock. Without measurements the frames are not used.
 pub fn read_ubx(log: &[u8]) -> UbxLog {
     let mut reader = Reader {
         near: first_time(log),

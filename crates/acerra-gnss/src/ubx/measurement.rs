@@ -6,7 +6,7 @@ use acerra_geo::time::GpsTime;
 
 use crate::input::{DropReason, Place, ReadReport};
 use crate::observations::observation::{EventKind, EventRecord, LossOfLock, SignalObservation};
-use crate::observations::recorded::{RecordedEpoch, RecordedSatellite};
+use crate::observations::recorded::{RecordedEpoch, add_signal};
 use crate::observations::satellite::{SatelliteId, System};
 use crate::observations::signal::SignalCode;
 use crate::rinex::utc_to_gps;
@@ -14,7 +14,7 @@ use crate::rinex::utc_to_gps;
 /// Worst carrier-phase standard deviation (in steps of 0.004 cycle) of a usable phase.
 const WORST_PHASE_DEVIATION: u8 = 5;
 
-/// Where the lock-time counter stops (s).
+/// Ceiling of the lock-time counter (s).
 const LOCK_TIME_CEILING_S: f64 = 64.5;
 
 /// A little-endian field.
@@ -28,7 +28,7 @@ struct Tracking {
     time: GpsTime,
     lock_time_s: f64,
     half_cycle_subtracted: bool,
-    /// A slip that occurred while there was no usable phase to mark.
+    /// Whether a slip occurred while there was no usable phase to mark.
     slip_pending: bool,
 }
 
@@ -80,7 +80,7 @@ impl Measurements {
         let mut satellites = Vec::new();
         for block in payload[16..].chunks_exact(32).take(count) {
             match self.rawx_block(block, version, time, place, report) {
-                Some((satellite, signal)) => push(&mut satellites, satellite, signal),
+                Some((satellite, signal)) => add_signal(&mut satellites, satellite, signal),
                 None => report.drop_one(DropReason::UnknownSignal, place),
             }
         }
@@ -182,7 +182,7 @@ impl Measurements {
         let mut satellites = Vec::new();
         for block in payload[8..].chunks_exact(24).take(count) {
             match raw_block(block, place, report) {
-                Some((satellite, signal)) => push(&mut satellites, satellite, signal),
+                Some((satellite, signal)) => add_signal(&mut satellites, satellite, signal),
                 None => report.drop_one(DropReason::UnknownSignal, place),
             }
         }
@@ -233,24 +233,7 @@ fn lost_in_between(since_previous_s: f64, lock_time_s: f64) -> bool {
         || since_previous_s > LOCK_TIME_CEILING_S
 }
 
-fn push(
-    satellites: &mut Vec<RecordedSatellite>,
-    satellite: SatelliteId,
-    signal: SignalObservation,
-) {
-    match satellites.iter_mut().find(|s| s.satellite == satellite) {
-        Some(known) if known.signals.iter().all(|s| s.code != signal.code) => {
-            known.signals.push(signal);
-        }
-        Some(_) => {}
-        None => satellites.push(RecordedSatellite {
-            satellite,
-            signals: vec![signal],
-        }),
-    }
-}
-
-/// The satellite that u-blox's system and satellite numbers mean.
+/// The satellite of u-blox's system and satellite numbers.
 pub(super) fn satellite(gnss: u8, number: u8) -> Option<SatelliteId> {
     let (system, number) = match gnss {
         0 => (System::Gps, number),
@@ -350,7 +333,7 @@ pub(super) fn time_mark(payload: &[u8]) -> Result<Vec<EventRecord>, DropReason> 
         if tow_ms >= 604_800_000 || below_ms_ns >= 1_000_000 || week >= 8192 {
             return Err(malformed());
         }
-        // Whole seconds and the rest apart: a nanosecond must not drown in a week.
+        // Whole seconds and the fraction are kept apart, so that nanoseconds are not lost to rounding.
         let fraction_s = f64::from(tow_ms % 1000) * 1e-3 + f64::from(below_ms_ns) * 1e-9;
         let seconds = i64::from(week) * 604_800 + i64::from(tow_ms / 1000);
         let time = GpsTime::new(seconds, fraction_s);

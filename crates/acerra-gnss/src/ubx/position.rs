@@ -10,7 +10,7 @@ use super::measurement::bytes;
 const MILLIMETRE_M: f64 = 1e-3;
 /// Unit of NAV-PVT's angles (degrees): 11 mm along a meridian.
 const COARSE_DEG: f64 = 1e-7;
-/// Unit of the digits that NAV-HPPOSLLH adds (degrees, m).
+/// Unit of the additional digits of NAV-HPPOSLLH (degrees, m).
 const FINE_DEG: f64 = 1e-9;
 const FINE_M: f64 = 1e-4;
 /// Largest difference of a solution's UTC reading and its time of week that is rounding (s).
@@ -21,17 +21,17 @@ const SAME_EPOCH_S: f64 = 1.5e-3;
 pub struct ReceiverSolution {
     /// Time of week of the navigation epoch (ms of GPS time), which messages of one epoch share.
     pub tow_ms: u32,
-    /// Time of the epoch; none while the receiver does not know date and time.
+    /// Time of the epoch; `None` while the receiver does not know date and time.
     pub time: Option<GpsTime>,
-    /// Where its antenna is.
+    /// Position of the antenna.
     pub place: Geodetic,
     /// Standard deviations east, north, up (m). The message has one value for both horizontal axes together,
     /// which is shared equally.
     pub sigma_m: [f64; 3],
     /// Velocity east, north, up (m/s).
     pub velocity_m_s: [f64; 3],
-    /// Fixed and float are carrier-phase solutions, DGPS one with any correction; none without a position in
-    /// three dimensions.
+    /// Status: fixed and float for carrier-phase solutions, DGPS for a solution with any correction; `None`
+    /// without a position in three dimensions.
     pub status: Option<SolutionStatus>,
     /// Satellites used.
     pub satellites: u8,
@@ -42,7 +42,7 @@ pub struct ReceiverSolution {
 pub struct FinePosition {
     /// Time of week of the navigation epoch (ms of GPS time).
     pub tow_ms: u32,
-    /// Where the antenna is, to 0.1 mm.
+    /// Position of the antenna, to 0.1 mm.
     pub place: Geodetic,
     /// Standard deviations east, north, up (m), as [`ReceiverSolution::sigma_m`].
     pub sigma_m: [f64; 3],
@@ -114,7 +114,7 @@ fn status_of(kind: u8, flags: u8) -> Option<SolutionStatus> {
         return None;
     }
     Some(match (kind, flags >> 6, flags & DIFFERENTIAL) {
-        // With dead reckoning.
+        // Dead reckoning is included.
         (4, _, _) => SolutionStatus::Unknown,
         (_, 2, _) => SolutionStatus::Fixed,
         (_, 1, _) => SolutionStatus::Float,
@@ -123,8 +123,8 @@ fn status_of(kind: u8, flags: u8) -> Option<SolutionStatus> {
     })
 }
 
-/// The epoch by its UTC reading, of which the week is taken, and by the time of week where both agree but for
-/// rounding: that one is in whole milliseconds, UTC may be a leap second off.
+/// The epoch from its UTC reading, which gives the week, and from the time of week where both agree up to
+/// rounding: the time of week is in whole milliseconds, and UTC may be off by a leap second.
 fn time_of(p: &[u8], tow_ms: u32) -> Option<GpsTime> {
     const DATE_AND_TIME: u8 = 0b11;
     const WEEK_S: f64 = 604_800.0;

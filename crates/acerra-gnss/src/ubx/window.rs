@@ -1,7 +1,8 @@
-//! UBX checksums of any stretch of a log in a few steps, whatever its length.
+//! UBX checksums of any stretch of a log in a few steps, independent of the stretch's length.
 //!
-//! A log may be made so that a frame of 16 kB seems to begin at every sixth byte. The sums of the bytes of a block, and of
-//! the bytes times their place, are kept for all its beginnings; a checksum is made of the differences of two.
+//! A log may be made so that a frame of 16 kB seems to begin at every sixth byte. The sums of the bytes of a
+//! block, and of the bytes times their place, are kept for all prefixes of the block; a checksum follows from
+//! the differences of two prefixes.
 
 /// Longest plausible payload; a larger length field is noise.
 pub const MAX_PAYLOAD_BYTES: usize = 16_376;
@@ -14,7 +15,7 @@ const LONGEST_BYTES: usize = MAX_PAYLOAD_BYTES + 4;
 /// Sums of a block of a log, modulo 256.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SumWindow {
-    /// Where the block begins.
+    /// Offset of the block.
     first: usize,
     /// Prefix sums over the first k bytes: the sum of the bytes, and the sum of each byte times its place.
     sums: Vec<[u8; 2]>,
@@ -23,7 +24,7 @@ pub(super) struct SumWindow {
 }
 
 impl SumWindow {
-    /// The checksum of `log[from..to]`; none beyond the log or for a stretch longer than a frame.
+    /// The checksum of `log[from..to]`; `None` beyond the log or for a stretch longer than a frame.
     pub fn checksum(&mut self, log: &[u8], from: usize, to: usize) -> Option<[u8; 2]> {
         to.checked_sub(from).filter(|l| *l <= LONGEST_BYTES)?;
         log.get(from..to)?;
@@ -33,7 +34,7 @@ impl SumWindow {
         let (start, end) = (from - self.first, to - self.first);
         let ([a, b], [c, d]) = (self.sums[start], self.sums[end]);
         let sum = c.wrapping_sub(a);
-        // A byte counts once for itself and each byte after it.
+        // A byte counts once for itself and once for each following byte.
         let weighted = (end as u8)
             .wrapping_mul(sum)
             .wrapping_sub(d.wrapping_sub(b));

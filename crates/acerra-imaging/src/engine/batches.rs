@@ -1,4 +1,4 @@
-//! Engines for pieces of the aperture, and in batches of pulses.
+//! Engines for pieces of the aperture, kept in memory or built batch by batch.
 //!
 //! Pieces of the aperture may have engines of different parameters; the images of the pieces are summed.
 //! Range tables of all pulses are kept for any number of runs where they fit in memory. Otherwise each run
@@ -30,15 +30,15 @@ const FILLED: f64 = 0.8;
 #[derive(Debug, Clone)]
 pub(crate) struct Piece<S> {
     pub pulses: Range<usize>,
-    /// Parameters of their engine.
+    /// Parameters of the engine.
     pub spec: S,
-    /// Least and greatest range that each pulse looks up, m.
+    /// Least and greatest range looked up for each pulse, m.
     pub ranges_m: Vec<[f64; 2]>,
 }
 
 /// Runs of pulses that stay together.
 pub(crate) struct Parts {
-    /// Each run, and the bytes that it takes.
+    /// Runs of pulses, each with the bytes that it takes.
     runs: Vec<(Range<usize>, u128)>,
     /// Bytes of a run in addition to the tables, however many pulses the engine has.
     making: u128,
@@ -46,13 +46,13 @@ pub(crate) struct Parts {
 
 /// An engine that images from range tables.
 pub(crate) trait TableEngine: Sized + Sync {
-    /// Its parameters.
+    /// Parameters of the engine.
     type Spec: Copy + Sync;
 
-    /// The pulses of a piece, counted from its first, as they may be divided.
+    /// The divisible runs of a piece's pulses, counted from the piece's first pulse.
     fn parts(echoes: &WeightedPulses, grid: &ImageGrid, piece: &Piece<Self::Spec>) -> Parts;
 
-    /// The engine for some pulses, divided into `parts`.
+    /// Builds the engine for some pulses, divided into `parts`.
     ///
     /// # Errors
     /// Cancellation.
@@ -82,7 +82,7 @@ pub(crate) trait TableEngine: Sized + Sync {
 #[derive(Debug)]
 struct Job<S> {
     pulses: Range<usize>,
-    /// Counted from the first of `pulses`.
+    /// Runs of pulses, counted from the first of `pulses`.
     parts: Vec<Range<usize>>,
     spec: S,
     ranges_m: Vec<[f64; 2]>,
@@ -99,9 +99,9 @@ pub(crate) struct Division<S> {
 }
 
 impl<S: Copy + Sync> Division<S> {
-    /// The pieces unchanged where all fit together with an image of `output_bytes` (of several pieces, also
-    /// with their sum); else their parts in as few batches as possible. A part that does not fit is a
-    /// separate batch.
+    /// The pieces unchanged where they fit into memory together with an image of `output_bytes` (and a second
+    /// one to sum several pieces); otherwise their parts in as few batches as possible. A part that does not
+    /// fit is a separate batch.
     pub fn of<E: TableEngine<Spec = S>>(
         echoes: &WeightedPulses,
         grid: &ImageGrid,
@@ -146,7 +146,7 @@ impl<S: Copy + Sync> Division<S> {
 }
 
 impl<S: Copy> Job<S> {
-    /// Neighbouring parts of a piece.
+    /// The job of neighbouring parts of a piece.
     fn of(piece: &Piece<S>, parts: Vec<Range<usize>>) -> Self {
         let first = parts.first().map_or(0, |part| part.start);
         let last = parts.last().map_or(0, |part| part.end);
@@ -181,7 +181,7 @@ fn batches(parts: &[(Range<usize>, u128)], room: u128) -> Vec<(Vec<Range<usize>>
 #[derive(Debug)]
 pub(crate) struct Imager<E: TableEngine> {
     jobs: Vec<Job<E::Spec>>,
-    /// An engine a job; none where memory does not hold them together.
+    /// One engine a job; empty where memory does not hold all of them together.
     engines: Vec<E>,
     grid: TiltedGrid,
     level: SimdLevel,
@@ -265,7 +265,7 @@ impl<E: TableEngine> Imager<E> {
         })
     }
 
-    /// Images patches of the grid, each by itself, with the paths that their vectors took.
+    /// Images patches of the grid one by one, and counts how the vectors of each were read.
     ///
     /// # Errors
     /// Cancellation.
@@ -318,7 +318,7 @@ impl<E: TableEngine> Imager<E> {
         (built_s + engine.estimate_s(&of_job, grid, control)) * share
     }
 
-    /// Passes on one engine after another, each with its pulses.
+    /// Calls `take` with one engine after another and the pulses of each.
     fn each(
         &self,
         echoes: &WeightedPulses,

@@ -35,9 +35,9 @@ const MARGIN_COLUMNS: f64 = 16.0; // a vector, or two of eight
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DirectSpec {
     pub table: TableSpec,
-    /// Four trigonometric coefficients instead of three.
+    /// Whether the carrier's polynomials have four coefficients instead of three.
     pub fine_carrier: bool,
-    /// Third order of the range within a vector.
+    /// Whether the range within a vector is expanded to third order.
     pub cubic: bool,
     /// Phase error allowed to the range expansion, rad.
     pub phase_tolerance_rad: f64,
@@ -66,10 +66,11 @@ impl DirectSpec {
 pub(crate) struct Direct {
     pub spec: DirectSpec,
     pub(super) level: SimdLevel,
-    /// Places of the antennas by axis, m: of transmitters and receivers where these are apart.
+    /// Antenna positions by axis, m: one set, or one of transmitters and one of receivers where these are
+    /// separate.
     antennas_m: Vec<[Vec<f64>; 3]>,
     table: Arc<RangeTable>,
-    /// Where each pulse's entry 0 is, in bins from range zero.
+    /// Range of each pulse's entry 0, in bins.
     first_bin: Vec<f64>,
     cosine: [f32; 4],
     sine: [f32; 4],
@@ -97,7 +98,7 @@ pub(crate) fn uneven_ranges_m(
     position_m.par_iter().map(ranges_m).collect()
 }
 
-/// Positions by axis.
+/// The x, the y and the z of all positions.
 fn axes_m(position_m: &[[f64; 3]]) -> [Vec<f64>; 3] {
     std::array::from_fn(|axis| position_m.iter().map(|p| p[axis]).collect())
 }
@@ -131,10 +132,11 @@ impl Direct {
         })
     }
 
-    /// The same tables for antennas that transmit and receive at other places, whose echoes come from `beyond_m` further away than the pixels.
+    /// These tables for monostatic antennas at `position_m`, with echoes delayed by a range of `beyond_m`
+    /// relative to the pixels.
     ///
-    /// The tables must hold the ranges of the pixels from the new places and `beyond_m` more, with the margin of
-    /// [`table_ranges_m`].
+    /// The tables must cover the ranges from the new positions to the pixels plus `beyond_m`, with the margin
+    /// of [`table_ranges_m`].
     pub fn moved(&self, position_m: &[[f64; 3]], beyond_m: f64) -> Self {
         Self {
             antennas_m: vec![axes_m(position_m)],
@@ -190,7 +192,7 @@ impl Direct {
                 .enumerate()
                 .for_each(|(k, out)| share((0, k * SIDE), grid.columns, out));
         } else {
-            // Few rows: share out pieces of rows.
+            // Few rows: pieces of rows are distributed over the threads.
             let piece = 2 * shape.block_width(lanes);
             out.par_chunks_mut(grid.columns)
                 .enumerate()

@@ -1,4 +1,4 @@
-//! Images with separate real and imaginary parts, as vectors read them.
+//! Images with separate real and imaginary parts, ready for vector loads.
 
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;

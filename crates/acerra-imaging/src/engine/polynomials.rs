@@ -1,6 +1,6 @@
 //! Polynomials of cosine and sine over half a period or less, for single-precision kernels.
 
-/// Polynomials in δ² of cos αδ and sin(αδ)/δ over |δ| ≤ ½; the sine's has a term less.
+/// Polynomials in δ² of cos αδ and sin(αδ)/δ over |δ| ≤ ½; the sine's polynomial has one term fewer.
 pub(crate) fn carrier_polynomials(carrier_rad: f64, fine: bool) -> ([f32; 4], [f32; 4]) {
     let terms = if fine { 4 } else { 3 };
     (

@@ -114,7 +114,8 @@ struct Echo {
 }
 
 impl Echo {
-    /// As `pulse` sees the point; `None` where an antenna is at the point and the amplitude is infinite.
+    /// The echo of `pulse` from `point`; `None` where an antenna is at the point and the amplitude is
+    /// infinite.
     fn of(pulses: &Pulses, pulse: usize, point: [f64; 3], spreading: Spreading) -> Option<Self> {
         let rays = pulses.rays(pulse, point);
         let amplitude = match spreading {

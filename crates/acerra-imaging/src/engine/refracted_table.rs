@@ -37,7 +37,7 @@ const HALF_WEIGHTS: [f64; 4] = [
 /// Share of the polynomials' error that the table over optical lengths may add.
 const SOURCE_SHARE: f64 = 0.1;
 const LEAST_SOURCE_ERROR: f64 = 1e-9;
-/// Longest period of that table, in frequencies.
+/// Longest period of the table over optical lengths, in frequencies.
 const MOST_BINS_PER_FREQUENCY: usize = 64;
 /// Pulses whose tables over optical lengths are held at a time.
 const CHUNK: usize = 64;
@@ -134,7 +134,7 @@ struct Pulse<'a> {
     echoes: &'a WeightedPulses<'a>,
     pulse: usize,
     knots: &'a Knots,
-    /// Its profile at optical lengths, m.
+    /// The pulse's profile at optical lengths, m.
     profiles: &'a (dyn Fn(&[f64; DELAYS]) -> [Complex64; DELAYS] + Sync),
 }
 

@@ -16,7 +16,7 @@ pub(crate) enum TravelTime {
 }
 
 impl TravelTime {
-    /// The law that measured data are imaged with.
+    /// The travel-time law of measured data.
     pub fn of(pulses: &Pulses) -> Self {
         Self::Vacuum {
             light_speed_m_s: pulses.light_speed_m_s(),

@@ -10,10 +10,10 @@ pub(crate) struct AxisWeights {
 impl AxisWeights {
     /// Four pixels, each with its reflection.
     const MOST: usize = 8;
-    /// Distance within which a place counts as a pixel's own, pixels.
+    /// Distance from a pixel's centre within which a place counts as the centre, pixels.
     const SAME: f64 = 1e-6;
 
-    /// At `t` pixels from the first of `count`: cubic convolution (Keys 1981, a = −½).
+    /// Weights at `t` pixels from the first of `count` pixels, by cubic convolution (Keys 1981, a = −½).
     pub fn at(t: f64, count: usize) -> Self {
         let mut weights = Self {
             pixels: [(0, 0.0); Self::MOST],
@@ -37,7 +37,7 @@ impl AxisWeights {
         weights
     }
 
-    /// Adds a pixel; one beyond the last is as much above that one as its reflection is below.
+    /// Adds a pixel; a pixel beyond the last is continued by point reflection at the last pixel.
     fn add(&mut self, pixel: i64, weight: f64, count: usize) {
         let last = count as i64 - 1;
         let edge = pixel.clamp(0, last);

@@ -64,7 +64,7 @@ impl<'a> ImageGrid<'a> {
         self.surface.map(SurfaceGrid::span_m)
     }
 
-    /// The ground of grids over the plane.
+    /// The ground under all grids on the base plane.
     pub(crate) fn terrain(&self) -> Terrain<'a> {
         Terrain::new(self.surface)
     }
@@ -136,7 +136,7 @@ impl<'a> From<&'a SurfaceGrid> for ImageGrid<'a> {
     }
 }
 
-/// A rectangle of pixels of an image, as an engine takes it.
+/// A rectangle of pixels of an image: the unit of work of an engine.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Patch<'a> {
     pub grid: TiltedGrid,
@@ -154,7 +154,7 @@ impl Patch<'_> {
         [x, y, z + above_m]
     }
 
-    /// Some of its rows.
+    /// The part of `rows` rows from row `first` on.
     pub fn rows_from(&self, first: usize, rows: usize) -> Self {
         Self {
             grid: self.grid.rows_from(first, rows),

@@ -84,7 +84,7 @@ impl PlaneGrid {
                     found: end,
                 });
             }
-            // Within f64 the count may exceed every memory: the limit check below names the bytes.
+            // The count may exceed every memory: the limit check below reports the bytes.
             let steps = ((end - start) / pixel_m + 1e-6).floor();
             Ok(if steps < 1e18 {
                 steps as u128 + 1

@@ -1,4 +1,4 @@
-//! Heights over the base plane of a grid, as the kernels read them.
+//! Heights over the base plane of a grid, in the form that kernels read.
 
 /// Heights above a plane: pixel (i, j) is `heights_m[j·stride + i]` above it, along the third
 /// axis; the plane's rows are level.

@@ -1,4 +1,4 @@
-//! Where uneven ground is rough.
+//! Classes of roughness of uneven ground.
 
 use super::image::ImageGrid;
 use super::relief::Relief;
@@ -8,24 +8,25 @@ use std::ops::Range;
 
 /// Pixels along a side of a cell.
 const CELL: usize = 4;
-/// Cells of the roughest class, and bounds of the shares of the next classes.
+/// Number of cells of the roughest class, followed by the bounds of the next classes as shares of all cells.
 const ROUGHEST: usize = 16;
 const SHARES: [f64; 4] = [0.001, 0.01, 0.1, 1.0];
 
-/// Cells of pixels in classes, the roughest first: kinks, walls and single boulders are few, and random pixels would
-/// miss them.
+/// Cells of pixels in classes of roughness, the roughest first: kinks, walls and single boulders are few, and
+/// random pixels would miss them.
 #[derive(Debug)]
 pub(crate) struct Roughness {
     /// Indices of all cells, class after class.
     cells: Vec<u32>,
     classes: Vec<Range<usize>>,
-    /// Pixels of a row and rows of the image, and cells of a row.
+    /// Columns and rows of the image.
     sizes: [usize; 2],
+    /// Cells of a row.
     columns: usize,
 }
 
 impl Roughness {
-    /// Of uneven ground; `None` of a plane.
+    /// Classes of uneven ground; `None` for a plane.
     pub fn of(grid: &ImageGrid) -> Option<Self> {
         let relief = grid.whole().relief?;
         let sizes = [grid.columns(), grid.rows()];
@@ -76,7 +77,8 @@ impl Roughness {
     }
 }
 
-/// Largest second differences of the heights in the cells from row `first` on, along rows and columns.
+/// Writes to `bends` the largest second difference of the heights, along rows and columns, in each cell from
+/// row `first` of the cells on.
 fn bends_of_cells(relief: &Relief, sizes: [usize; 2], first: usize, bends: &mut [f32]) {
     let row = |j: usize| &relief.heights_m[j * relief.stride..][..sizes[0]];
     for j in first..(first + CELL).min(sizes[1]) {

@@ -33,7 +33,7 @@ impl SurfaceGrid {
     /// height is not used.
     ///
     /// # Errors
-    /// Another number of heights than pixels, or one that is not finite.
+    /// The number of heights differs from that of pixels, or a height is not finite.
     pub fn new(base: PlaneGrid, z_m: &[f64]) -> Result<Self, ImagingError> {
         check_length("z_m", base.len(), z_m.len())?;
         check_finite("z_m", z_m.iter().copied())?;
@@ -62,7 +62,7 @@ impl SurfaceGrid {
                     }
                     .into());
                 }
-                // About the first height until the middle is known.
+                // Heights count from the first one until the middle is known.
                 if relief_m.is_empty() {
                     datum_m = z;
                 }
@@ -135,7 +135,7 @@ impl SurfaceGrid {
         }
     }
 
-    /// Columns and rows; its height is the middle of the surface's.
+    /// The grid of columns and rows, at the middle of the surface's heights.
     #[must_use]
     pub fn base(&self) -> &PlaneGrid {
         &self.base
@@ -235,7 +235,7 @@ impl SurfaceGrid {
         AxisWeights::at((y_m - self.base.y0_m) / self.base.pixel_m, self.base.ny)
     }
 
-    /// Makes `line` the heights of all columns above [`SurfaceGrid::base`] as rows are weighted, m.
+    /// Fills `line` with the heights of all columns above [`SurfaceGrid::base`] (m), weighted over the rows.
     pub(crate) fn weigh_rows(&self, rows: &AxisWeights, line: &mut Vec<f64>) {
         line.clear();
         line.resize(self.base.nx, 0.0);
@@ -344,7 +344,7 @@ mod tests {
                 index: 2
             }
         );
-        // The first one, whichever thread finds another one first.
+        // The first error in the order of the rows, whichever thread finds another one first.
         let holes = |x: f64, y: f64| {
             let is_hole = (x, y) == (1.0, 0.0) || (x, y) == (0.0, 1.0);
             Ok::<_, ImagingError>(if is_hole { f64::NAN } else { 0.0 })

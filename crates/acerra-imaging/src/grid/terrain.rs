@@ -11,10 +11,10 @@ use rayon::prelude::*;
 pub(crate) struct Terrain<'a>(Option<&'a SurfaceGrid>);
 
 impl<'a> Terrain<'a> {
-    /// Grids are planes.
+    /// A level ground: all grids are planes.
     pub const LEVEL: Self = Terrain(None);
 
-    /// The ground of a surface, over whose base all grids lie; the plane's where there is none.
+    /// The ground of a surface on whose base plane all grids lie; level where there is no surface.
     pub fn new(surface: Option<&'a SurfaceGrid>) -> Self {
         Self(surface)
     }
@@ -34,7 +34,7 @@ impl<'a> Terrain<'a> {
         self.raised_m(grid.point_m(i, j))
     }
 
-    /// The pixel of the ground nearest to sample (i, j) of a grid, m: at the sample's place in the plane.
+    /// The sample (i, j) of a grid raised to the height of the nearest pixel of the ground, m.
     pub fn near_m(&self, grid: &TiltedGrid, i: f64, j: f64) -> [f64; 3] {
         let [x, y, z] = grid.point_m(i, j);
         [x, y, z + self.0.map_or(0.0, |s| s.nearest_relief_m(x, y))]
@@ -85,7 +85,7 @@ pub(crate) struct Heights {
 }
 
 impl Heights {
-    /// As kernels read them.
+    /// The heights in the form that kernels read.
     pub fn relief(&self) -> Relief<'_> {
         Relief {
             heights_m: &self.above_m,
@@ -159,7 +159,7 @@ mod tests {
             let [_, _, z] = terrain.point_m(&coarse, i as f64, j as f64);
             let found = coarse.origin_m[2] + f64::from(relief.heights_m[j * relief.stride + i]);
             assert!((found - z).abs() < 1e-6);
-            // Between pixels the wave is met to its third order.
+            // Between pixels the wave is reproduced to third order.
             if (5..50).contains(&i) {
                 let [x, y, z] = terrain.point_m(&coarse, i as f64, j as f64);
                 assert!(j == 0 || (z - 0.4 * (2.0 * x + y).sin()).abs() < 2e-5);

@@ -22,7 +22,7 @@ pub struct TiltedGrid {
 }
 
 impl TiltedGrid {
-    /// Checks and makes such a grid.
+    /// Checks and makes a grid.
     ///
     /// # Errors
     /// No pixels, steps of no length, values that are not finite, or an image too large.
@@ -67,7 +67,7 @@ impl TiltedGrid {
         std::array::from_fn(|axis| self.origin_m[axis] + i * self.u_m[axis] + j * self.v_m[axis])
     }
 
-    /// `rows` of its rows from row `first` on.
+    /// The part of `rows` rows from row `first` on.
     pub(crate) fn rows_from(&self, first: usize, rows: usize) -> Self {
         Self {
             origin_m: self.point_m(0.0, first as f64),
@@ -118,7 +118,7 @@ impl TiltedGrid {
                 return (a, b);
             }
         }
-        // Else it lies on an edge.
+        // Otherwise the nearest point lies on an edge.
         let candidates = [
             (along(du - j[0] * uv, uu, i), j[0]),
             (along(du - j[1] * uv, uu, i), j[1]),

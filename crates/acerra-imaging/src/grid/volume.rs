@@ -9,7 +9,7 @@ use crate::error::ImagingError;
 pub struct VolumeGrid {
     /// The lowest slice.
     pub base: PlaneGrid,
-    /// Distance of the slices, m.
+    /// Distance between neighbouring slices, m.
     pub step_m: f64,
     /// Number of slices.
     pub nz: usize,

@@ -1,5 +1,6 @@
 //! Eight lanes of AVX2 with FMA.
 
+use super::instructions::instructions;
 use super::lanes::{DOUBLES, Lanes, ROUNDING};
 use std::arch::x86_64::*;
 
@@ -28,7 +29,7 @@ fn whole(i: V) -> __m256i {
     }
 }
 
-/// Bytes to the places of `step` numbers that lanes name: two lanes leave their register at a time.
+/// Byte offsets of the places of `step` numbers given by the lanes; two lanes leave their register at a time.
 #[inline(always)]
 fn bytes_from(i: __m256i, step: usize) -> [isize; 8] {
     // SAFETY: only called from methods of the token.
@@ -97,11 +98,29 @@ impl Lanes for Avx2 {
     type Doubles = Doubles;
     const N: usize = 8;
 
-    #[inline(always)]
-    fn splat(self, x: f32) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_set1_ps(x) }
+    instructions! {
+        fn splat(x: f32) -> V = _mm256_set1_ps(x);
+        fn add(a: V, b: V) -> V = _mm256_add_ps(a, b);
+        fn sub(a: V, b: V) -> V = _mm256_sub_ps(a, b);
+        fn mul(a: V, b: V) -> V = _mm256_mul_ps(a, b);
+        fn div(a: V, b: V) -> V = _mm256_div_ps(a, b);
+        fn sqrt(a: V) -> V = _mm256_sqrt_ps(a);
+        fn max(a: V, b: V) -> V = _mm256_max_ps(a, b);
+        fn mul_add(a: V, b: V, c: V) -> V = _mm256_fmadd_ps(a, b, c);
+        fn neg_mul_add(a: V, b: V, c: V) -> V = _mm256_fnmadd_ps(a, b, c);
+        fn abs(a: V) -> V = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+        fn floor(a: V) -> V = _mm256_floor_ps(a);
+        fn all_le(a: V, b: V) -> bool =
+            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff;
+        // The permutation uses the low 3 bits of a lane.
+        fn pick(window: V, i: V) -> V = _mm256_permutevar8x32_ps(window, _mm256_castps_si256(i));
+        fn splat_f64(x: f64) -> Doubles = [_mm256_set1_pd(x); 2];
+        fn mul_add_f64(a: Doubles, b: Doubles, c: Doubles) -> Doubles =
+            [_mm256_fmadd_pd(a[0], b[0], c[0]), _mm256_fmadd_pd(a[1], b[1], c[1])];
+        fn neg_mul_add_f64(a: Doubles, b: Doubles, c: Doubles) -> Doubles =
+            [_mm256_fnmadd_pd(a[0], b[0], c[0]), _mm256_fnmadd_pd(a[1], b[1], c[1])];
     }
+
     #[inline(always)]
     unsafe fn load(self, p: *const f32) -> V {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
@@ -111,66 +130,6 @@ impl Lanes for Avx2 {
     unsafe fn store(self, p: *mut f32, v: V) {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
         unsafe { _mm256_storeu_ps(p, v) }
-    }
-    #[inline(always)]
-    fn add(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_add_ps(a, b) }
-    }
-    #[inline(always)]
-    fn sub(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_sub_ps(a, b) }
-    }
-    #[inline(always)]
-    fn mul(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_mul_ps(a, b) }
-    }
-    #[inline(always)]
-    fn div(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_div_ps(a, b) }
-    }
-    #[inline(always)]
-    fn sqrt(self, a: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_sqrt_ps(a) }
-    }
-    #[inline(always)]
-    fn max(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_max_ps(a, b) }
-    }
-    #[inline(always)]
-    fn mul_add(self, a: V, b: V, c: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_fmadd_ps(a, b, c) }
-    }
-    #[inline(always)]
-    fn neg_mul_add(self, a: V, b: V, c: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_fnmadd_ps(a, b, c) }
-    }
-    #[inline(always)]
-    fn abs(self, a: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
-    }
-    #[inline(always)]
-    fn floor(self, a: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_floor_ps(a) }
-    }
-    #[inline(always)]
-    fn all_le(self, a: V, b: V) -> bool {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
-    }
-    #[inline(always)]
-    fn pick(self, window: V, i: V) -> V {
-        // SAFETY: `self` proves the instructions; the permutation uses the low 3 bits of a lane.
-        unsafe { _mm256_permutevar8x32_ps(window, _mm256_castps_si256(i)) }
     }
     #[inline(always)]
     fn pick2(self, [low, high]: [V; 2], i: V) -> V {
@@ -211,14 +170,7 @@ impl Lanes for Avx2 {
             let at = at.map(|i| p.offset(i as isize * step as isize));
             let (a, b) = (pair(at[0], at[4]), pair(at[1], at[5]));
             let (c, d) = (pair(at[2], at[6]), pair(at[3], at[7]));
-            let (ab, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
-            let (cd, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
-            [
-                _mm256_shuffle_ps::<0x44>(ab, cd),
-                _mm256_shuffle_ps::<0xee>(ab, cd),
-                _mm256_shuffle_ps::<0x44>(ab2, cd2),
-                _mm256_shuffle_ps::<0xee>(ab2, cd2),
-            ]
+            quads([a, b, c, d])
         }
     }
     #[inline(always)]
@@ -270,11 +222,6 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn splat_f64(self, x: f64) -> Doubles {
-        // SAFETY: `self` proves the instructions.
-        unsafe { [_mm256_set1_pd(x); 2] }
-    }
-    #[inline(always)]
     fn load_f64(self, x: [f64; DOUBLES]) -> Doubles {
         // SAFETY: `self` proves the instructions; twice four of the eight numbers are read.
         unsafe {
@@ -293,26 +240,6 @@ impl Lanes for Avx2 {
             _mm256_storeu_pd(out.as_mut_ptr().add(4), v[1]);
         }
         out
-    }
-    #[inline(always)]
-    fn mul_add_f64(self, a: Doubles, b: Doubles, c: Doubles) -> Doubles {
-        // SAFETY: `self` proves the instructions.
-        unsafe {
-            [
-                _mm256_fmadd_pd(a[0], b[0], c[0]),
-                _mm256_fmadd_pd(a[1], b[1], c[1]),
-            ]
-        }
-    }
-    #[inline(always)]
-    fn neg_mul_add_f64(self, a: Doubles, b: Doubles, c: Doubles) -> Doubles {
-        // SAFETY: `self` proves the instructions.
-        unsafe {
-            [
-                _mm256_fnmadd_pd(a[0], b[0], c[0]),
-                _mm256_fnmadd_pd(a[1], b[1], c[1]),
-            ]
-        }
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

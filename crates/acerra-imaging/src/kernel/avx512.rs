@@ -1,5 +1,6 @@
 //! Sixteen lanes of AVX-512 F.
 
+use super::instructions::instructions;
 use super::lanes::{DOUBLES, Lanes, ROUNDING};
 use std::arch::x86_64::*;
 
@@ -79,11 +80,27 @@ impl Lanes for Avx512 {
     type Doubles = __m512d;
     const N: usize = 16;
 
-    #[inline(always)]
-    fn splat(self, x: f32) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_set1_ps(x) }
+    instructions! {
+        fn splat(x: f32) -> V = _mm512_set1_ps(x);
+        fn add(a: V, b: V) -> V = _mm512_add_ps(a, b);
+        fn sub(a: V, b: V) -> V = _mm512_sub_ps(a, b);
+        fn mul(a: V, b: V) -> V = _mm512_mul_ps(a, b);
+        fn div(a: V, b: V) -> V = _mm512_div_ps(a, b);
+        fn sqrt(a: V) -> V = _mm512_sqrt_ps(a);
+        fn max(a: V, b: V) -> V = _mm512_max_ps(a, b);
+        fn mul_add(a: V, b: V, c: V) -> V = _mm512_fmadd_ps(a, b, c);
+        fn neg_mul_add(a: V, b: V, c: V) -> V = _mm512_fnmadd_ps(a, b, c);
+        fn abs(a: V) -> V = _mm512_abs_ps(a);
+        // 0x09 rounds down, silently.
+        fn floor(a: V) -> V = _mm512_roundscale_ps::<0x09>(a);
+        fn all_le(a: V, b: V) -> bool = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == 0xffff;
+        // The permutation uses the low 4 bits of a lane.
+        fn pick(window: V, i: V) -> V = _mm512_permutexvar_ps(_mm512_castps_si512(i), window);
+        fn splat_f64(x: f64) -> __m512d = _mm512_set1_pd(x);
+        fn mul_add_f64(a: __m512d, b: __m512d, c: __m512d) -> __m512d = _mm512_fmadd_pd(a, b, c);
+        fn neg_mul_add_f64(a: __m512d, b: __m512d, c: __m512d) -> __m512d = _mm512_fnmadd_pd(a, b, c);
     }
+
     #[inline(always)]
     unsafe fn load(self, p: *const f32) -> V {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
@@ -93,66 +110,6 @@ impl Lanes for Avx512 {
     unsafe fn store(self, p: *mut f32, v: V) {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
         unsafe { _mm512_storeu_ps(p, v) }
-    }
-    #[inline(always)]
-    fn add(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_add_ps(a, b) }
-    }
-    #[inline(always)]
-    fn sub(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_sub_ps(a, b) }
-    }
-    #[inline(always)]
-    fn mul(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_mul_ps(a, b) }
-    }
-    #[inline(always)]
-    fn div(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_div_ps(a, b) }
-    }
-    #[inline(always)]
-    fn sqrt(self, a: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_sqrt_ps(a) }
-    }
-    #[inline(always)]
-    fn max(self, a: V, b: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_max_ps(a, b) }
-    }
-    #[inline(always)]
-    fn mul_add(self, a: V, b: V, c: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_fmadd_ps(a, b, c) }
-    }
-    #[inline(always)]
-    fn neg_mul_add(self, a: V, b: V, c: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_fnmadd_ps(a, b, c) }
-    }
-    #[inline(always)]
-    fn abs(self, a: V) -> V {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_abs_ps(a) }
-    }
-    #[inline(always)]
-    fn floor(self, a: V) -> V {
-        // SAFETY: `self` proves the instructions; 0x09 rounds down, silently.
-        unsafe { _mm512_roundscale_ps::<0x09>(a) }
-    }
-    #[inline(always)]
-    fn all_le(self, a: V, b: V) -> bool {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == 0xffff }
-    }
-    #[inline(always)]
-    fn pick(self, window: V, i: V) -> V {
-        // SAFETY: `self` proves the instructions; the permutation uses the low 4 bits of a lane.
-        unsafe { _mm512_permutexvar_ps(_mm512_castps_si512(i), window) }
     }
     #[inline(always)]
     fn pick2(self, [low, high]: [V; 2], i: V) -> V {
@@ -186,14 +143,7 @@ impl Lanes for Avx512 {
             let b = four([at[1], at[5], at[9], at[13]]);
             let c = four([at[2], at[6], at[10], at[14]]);
             let d = four([at[3], at[7], at[11], at[15]]);
-            let (ab, ab2) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
-            let (cd, cd2) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
-            [
-                _mm512_shuffle_ps::<0x44>(ab, cd),
-                _mm512_shuffle_ps::<0xee>(ab, cd),
-                _mm512_shuffle_ps::<0x44>(ab2, cd2),
-                _mm512_shuffle_ps::<0xee>(ab2, cd2),
-            ]
+            quads([a, b, c, d])
         }
     }
     #[inline(always)]
@@ -257,11 +207,6 @@ impl Lanes for Avx512 {
         }
     }
     #[inline(always)]
-    fn splat_f64(self, x: f64) -> __m512d {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_set1_pd(x) }
-    }
-    #[inline(always)]
     fn load_f64(self, x: [f64; DOUBLES]) -> __m512d {
         // SAFETY: `self` proves the instructions; eight numbers are read.
         unsafe { _mm512_loadu_pd(x.as_ptr()) }
@@ -272,16 +217,6 @@ impl Lanes for Avx512 {
         // SAFETY: `self` proves the instructions; eight numbers are written.
         unsafe { _mm512_storeu_pd(out.as_mut_ptr(), v) };
         out
-    }
-    #[inline(always)]
-    fn mul_add_f64(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_fmadd_pd(a, b, c) }
-    }
-    #[inline(always)]
-    fn neg_mul_add_f64(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
-        // SAFETY: `self` proves the instructions.
-        unsafe { _mm512_fnmadd_pd(a, b, c) }
     }
     #[inline(always)]
     fn vectorize<R>(self, f: impl FnOnce(Self) -> R) -> R {

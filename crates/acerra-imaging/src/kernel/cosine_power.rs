@@ -2,12 +2,12 @@
 
 use super::lanes::Lanes;
 
-/// Roots of two that are drawn of the ratio for a power that is not whole: ρ^(1/32) of a ratio between 10⁻⁴
-/// and 10⁴ lies between 0.75 and 1.34.
+/// Number of successive square roots of the ratio for a power that is not whole: ρ^(1/32) of a ratio between
+/// 10⁻⁴ and 10⁴ lies between 0.75 and 1.34.
 const ROOTS: u32 = 5;
 /// Terms of the binomial series of the remaining power.
 const TERMS: usize = 9;
-/// Largest value: beyond it the cosine by which the ratio is divided has long vanished in the range table.
+/// Largest value: for larger ones the cosine in the denominator has vanished in the range table.
 const MOST: f64 = 1e30;
 
 /// ρⁿ for ρ ≥ 0, and 0 below, for a power n between 0 and 100; relative error below 10⁻⁵ for
@@ -15,13 +15,14 @@ const MOST: f64 = 1e30;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CosinePower {
     whole: u32,
-    /// Thirty-seconds beyond the whole power, and the series of the rest; none for whole powers.
+    /// Thirty-seconds beyond the whole power, and the binomial series of the remaining power; `None` for
+    /// whole powers.
     rest: Option<(u32, [f32; TERMS])>,
     most: f32,
 }
 
 impl CosinePower {
-    /// For the power `n`.
+    /// The function ρⁿ for the power `n`.
     pub fn new(n: f64) -> Self {
         let whole = n.floor();
         let roots = f64::from(2u32.pow(ROOTS)) * (n - whole);

@@ -4,7 +4,7 @@
 use super::lanes::{DOUBLES, Lanes, MAX_LANES};
 use super::phasor::phasors;
 
-/// Vectors side by side: their sums do not wait for each other.
+/// Number of vectors summed side by side, so that additions do not wait for each other.
 const VECTORS: usize = 2;
 /// The length of a sum is a multiple of this at every level.
 pub(crate) const BLOCK: usize = VECTORS * MAX_LANES;
@@ -12,9 +12,9 @@ pub(crate) const BLOCK: usize = VECTORS * MAX_LANES;
 /// Two rows of the table and their complex factors: the neighbours between which a time lies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Term {
-    /// Where the real parts begin in the table; imaginary parts follow a row's length later.
+    /// Places of the real parts in the table; imaginary parts follow a row's length later.
     pub start: [usize; 2],
-    /// Factors of the two: real and imaginary parts.
+    /// Complex factors of both rows: real and imaginary parts.
     pub factor: [[f32; 2]; 2],
 }
 

@@ -1,4 +1,4 @@
-//! From a level chosen at run time to code compiled for it.
+//! Dispatch from a level chosen at run time to the code compiled for that level.
 
 #[cfg(target_arch = "x86_64")]
 use super::{avx2, avx512};

@@ -1,6 +1,6 @@
 //! Vectors of single-precision numbers, and of a few in double precision.
 
-/// Most lanes that a level has.
+/// Largest number of lanes of a level.
 pub(crate) const MAX_LANES: usize = 16;
 
 /// Numbers of a vector in double precision, at every level.

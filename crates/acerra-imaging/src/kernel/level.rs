@@ -4,7 +4,7 @@ use crate::error::ImagingError;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// An instruction set that the kernels are compiled for.
+/// An instruction set for which the kernels are compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum SimdLevel {
@@ -44,7 +44,7 @@ impl SimdLevel {
     /// This level, if the processor has it.
     ///
     /// # Errors
-    /// [`ImagingError::NoSuchLevel`] where it has not.
+    /// [`ImagingError::NoSuchLevel`] where the processor lacks the level.
     pub fn checked(self) -> Result<Self, ImagingError> {
         if Self::available().contains(&self) {
             Ok(self)

@@ -9,7 +9,8 @@ use super::lanes::{Lanes, MAX_LANES};
 use super::phase::{Intervals, PhaseRow, RowCarrier, RowHeights};
 use std::ops::Range;
 
-/// Coarse samples from which a value is interpolated, in either direction: few, or more where they spare samples.
+/// Number of coarse samples from which a value is interpolated in either direction: more taps permit coarser
+/// grids.
 pub(crate) const TAPS: usize = 12;
 pub(crate) const MOST_TAPS: usize = 16;
 
@@ -27,7 +28,7 @@ const MOST_TOGETHER: usize = 4;
 pub(crate) struct Stencil {
     /// For each pixel the weights of the samples from the cell's first on, zeros for unused samples.
     weights: Vec<[f32; MOST_REACH]>,
-    /// Samples that it takes.
+    /// Samples that each pixel uses.
     taken: Vec<Range<usize>>,
 }
 
@@ -59,7 +60,7 @@ impl Stencil {
         (0..runs).map(move |k| k * pixels / runs..(k + 1) * pixels / runs)
     }
 
-    /// Samples that some pixels take together.
+    /// Range of samples that the pixels `pixels` use together.
     fn reach(&self, pixels: &Range<usize>) -> Range<usize> {
         let taken = &self.taken[pixels.clone()];
         let from = taken.iter().map(|t| t.start).min().unwrap_or(0);
@@ -70,7 +71,7 @@ impl Stencil {
 
 /// Coarse rows of a sub-aperture about a cell of fine rows.
 pub(crate) struct MergeAcross<'a> {
-    /// Real and imaginary parts, from the cell's first on; those that no fine row takes do not count.
+    /// Real and imaginary parts, from the cell's first row on; rows that no fine row uses are ignored.
     pub rows: [(&'a [f32], &'a [f32]); MOST_REACH],
     pub stencil: &'a Stencil,
 }
@@ -87,7 +88,7 @@ pub(crate) fn merge_across<S: Lanes>(s: S, job: &MergeAcross, lines: &mut [f32])
     while column < coarse {
         // Whole vectors: the last one begins where it ends with the row.
         let at = column.min(coarse - S::N);
-        // All runs at one place: they use the same samples, which are then in the first-level cache.
+        // All runs at one place use the same samples, which are then in the first-level cache.
         for run in job.stencil.runs(count) {
             // SAFETY: the run lies within the first `count` fine rows, each of which has two lines; rows and lines
             // have `coarse` samples, and at + N ≤ coarse.
@@ -151,12 +152,12 @@ pub(crate) struct MergeRow<'a> {
     /// Real and imaginary parts of the coarse samples at this fine row.
     pub line: (&'a [f32], &'a [f32]),
     pub stencil: &'a Stencil,
-    /// Place in the line of each sample that pixels of the first cell take; those of the cells that
-    /// follow come next to them.
+    /// Place in the line of each sample that the pixels of the first cell use; the samples of the following
+    /// cells are adjacent.
     pub offsets: &'a [usize; MOST_REACH],
     /// Cells in the row.
     pub intervals: usize,
-    /// Those that a padded row holds.
+    /// Cells in a padded row.
     pub padded: usize,
 }
 

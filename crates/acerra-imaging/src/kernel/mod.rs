@@ -15,6 +15,8 @@ pub(crate) mod cosine_power;
 pub(crate) mod delay_sums;
 pub(crate) mod direct;
 pub(crate) mod dispatch;
+#[cfg(target_arch = "x86_64")]
+mod instructions;
 pub(crate) mod lanes;
 pub(crate) mod level;
 pub(crate) mod level_ways;

@@ -10,7 +10,7 @@ const SERIES_CYCLES: f64 = 2e-6;
 /// A row of pixels as seen from a sub-aperture's centre.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseRow {
-    /// From the centre to pixel 0 of the row, m.
+    /// Vector from the centre to pixel 0 of the row, m.
     pub from_centre_m: [f64; 3],
     /// Unit vector along the row and distance of the pixels, m.
     pub unit: [f64; 3],
@@ -22,15 +22,15 @@ pub(crate) struct PhaseRow {
     pub sine: [f32; 6],
 }
 
-/// Heights of a row of pixels in intervals, above the plane of the row, m: those of the first pixels of all
-/// intervals contiguously, then of the second ones, and so on.
+/// Heights of a row of pixels in intervals, above the plane of the row, m: the first pixels of all intervals
+/// contiguously, then the second pixels, and so on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowHeights<'a> {
     /// `[pixels of an interval, intervals]`.
     pub above_m: &'a [f32],
     /// Middle of the heights of each interval, m.
     pub middle_m: &'a [f32],
-    /// Greatest departure from it, m.
+    /// Greatest departure of heights from the middle, m.
     pub departure_m: f32,
     /// Least and greatest height of the row, m.
     pub span_m: [f32; 2],
@@ -61,8 +61,8 @@ pub(crate) fn apply_phase<S: Lanes>(
     }
 }
 
-/// Writes a row times e^{−jφ}. Both rows hold first the first pixels of all cells of `pixels`, then the second ones,
-/// and so on; so do the heights of uneven ground.
+/// Writes a row times e^{−jφ}. Both rows, and the heights of uneven ground, contain first the first pixels of
+/// all cells of `pixels`, then the second pixels, and so on.
 #[inline(always)]
 pub(crate) fn remove_phase<S: Lanes>(
     s: S,
@@ -124,7 +124,7 @@ pub(crate) struct RowCarrier<'a, S: Lanes> {
     lanes: S::V,
     cycles: S::V,
     interval_m: f64,
-    /// From an interval's first pixel to its middle, m.
+    /// Distance from the first pixel of an interval to the middle, m.
     half_m: f64,
     /// Whether the range within an interval may be a cubic, or over uneven ground a series.
     cubic: bool,
@@ -139,9 +139,9 @@ pub(crate) struct Intervals<S: Lanes> {
     fraction: S::V,
     range: S::V,
     along: S::V,
-    /// Over uneven ground: the first interval, the height from which heights are counted, and that of the point
-    /// above the centre, m.
+    /// First of the intervals.
     first: usize,
+    /// Height from which heights are counted, m.
     from_height: S::V,
     up: S::V,
 }
@@ -190,7 +190,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         }
     }
 
-    /// Whether there are heights of `intervals` of `pixels`, or none where the ground is level.
+    /// Whether heights for `intervals` intervals of `pixels` pixels exist where `relief` requires them.
     pub fn has_heights(&self, relief: bool, pixels: usize, intervals: usize) -> bool {
         match self.heights {
             Some(of) => {
@@ -204,7 +204,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
     #[inline(always)]
     pub fn intervals<const RELIEF: bool>(&self, q: usize) -> Intervals<S> {
         let (s, job) = (self.s, self.job);
-        // The middle of all in double precision, the rest from there.
+        // The middle of all intervals is computed in double precision, the others relative to it.
         let along = (q as f64 + 0.5 * (S::N - 1) as f64) * self.interval_m + self.half_m;
         let mut d: [f64; 3] = std::array::from_fn(|a| job.from_centre_m[a] + along * job.unit[a]);
         let middle_m = self.heights.map_or(&[][..], |heights| heights.middle_m);
@@ -258,8 +258,8 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         found
     }
 
-    /// Excess of the ranges at `offset`, and over uneven ground at heights `rise` above, over the range of
-    /// the middle.
+    /// Excess of the ranges at `offset` along the row (and `rise` in height over uneven ground) over the
+    /// range of the middle.
     #[inline(always)]
     fn difference<const RELIEF: bool>(&self, at: &Intervals<S>, offset: S::V, rise: S::V) -> S::V {
         let s = self.s;
@@ -273,7 +273,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         s.div(more, sum)
     }
 
-    /// Cosine and sine of the phase at pixel `p` of each of those intervals.
+    /// Cosine and sine of the phase at pixel `p` of each of the intervals `at`.
     #[inline(always)]
     pub fn phase<const RELIEF: bool>(&self, at: &Intervals<S>, p: usize) -> (S::V, S::V) {
         let (s, job) = (self.s, self.job);
@@ -283,7 +283,7 @@ impl<'a, S: Lanes> RowCarrier<'a, S> {
         let rise = match self.heights {
             Some(heights) if RELIEF => {
                 let first = p * heights.middle_m.len() + at.first;
-                // SAFETY: heights of N intervals are there.
+                // SAFETY: the slice has N heights.
                 let height = unsafe { s.load(heights.above_m[first..first + S::N].as_ptr()) };
                 s.sub(height, at.from_height)
             }

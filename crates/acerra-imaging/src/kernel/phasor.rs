@@ -12,7 +12,7 @@ pub(crate) struct Phasors<S: Lanes> {
 }
 
 impl<S: Lanes> Phasors<S> {
-    /// One number in every place.
+    /// The number in every place.
     #[inline(always)]
     pub fn splat(s: S, z: Complex64) -> Self {
         Self {

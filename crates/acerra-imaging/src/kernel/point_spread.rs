@@ -19,12 +19,12 @@ pub(crate) enum Band<'a> {
         centre_per_m: f64,
         /// Step between neighbours.
         step_per_m: f64,
-        /// How many there are.
+        /// Number of frequencies.
         count: f64,
     },
-    /// Any.
+    /// Any frequencies.
     Uneven {
-        /// One by one, Hz.
+        /// Each frequency, Hz.
         frequency_hz: &'a [f64],
         /// 2/c.
         slowness_s_m: f64,

@@ -24,8 +24,7 @@ pub(crate) fn even_sums(
     dispatch!(level, s => sums(s, spectrum, [start_hz, step_hz], delays_s))
 }
 
-/// As above, in vectors that the compiler makes for the level of `s`: as many polynomials as its registers
-/// hold.
+/// As [`even_sums`], compiled for the level of `s`, with as many polynomials as the registers hold.
 #[inline(always)]
 fn sums<S: Lanes>(
     s: S,

@@ -5,7 +5,7 @@ use super::lanes::{Lanes, MAX_LANES};
 use super::merge::MOST_TAPS;
 use super::phase::{PhaseRow, RowCarrier};
 
-/// A fine row and the sub-aperture it is split off to.
+/// A fine row, and the sub-aperture to which its pixels are distributed.
 pub(crate) struct SplitRow<'a> {
     /// The fine row, seen from the sub-aperture's centre.
     pub phase: PhaseRow,
@@ -17,7 +17,7 @@ pub(crate) struct SplitRow<'a> {
     pub across: &'a [f32],
     /// Cells in the row.
     pub intervals: usize,
-    /// Those that a padded row holds.
+    /// Cells in a padded row.
     pub padded: usize,
 }
 
@@ -88,7 +88,7 @@ pub(crate) fn split_row<S: Lanes>(
         let mut c = 0;
         while c < line {
             let at = c.min(line - n);
-            // The last vector reaches back over samples that the one before has dealt with.
+            // The last vector reaches back over samples of the vector before.
             let fresh = at == c;
             let (mut re, mut im) = (s.splat(0.0), s.splat(0.0));
             for share in shares {

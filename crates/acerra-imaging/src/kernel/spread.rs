@@ -1,8 +1,8 @@
 //! The transposed direct kernel: pixels of a row are spread over the range bins of a pulse.
 //!
-//! This kernel adds to a bin what the direct kernel reads from it: a pixel's value, without the
-//! carrier's phase from the bin's centre to its range, times the powers of its distance δ from that
-//! centre. Ranges along a row follow from a double-precision centre, as in the direct kernel.
+//! This kernel adds to a bin the terms that the direct kernel reads from the bin: a pixel's value without the
+//! carrier's phase between the bin's centre and the pixel's range, times the powers of the distance δ from
+//! the centre. Ranges along a row follow from a double-precision centre, as in the direct kernel.
 
 use super::cosine_power::CosinePower;
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
@@ -26,29 +26,29 @@ pub(crate) struct SpreadRow<'a> {
     pub bin_m: f64,
     /// Absolute number of the pulse's first bin.
     pub first_bin: i64,
-    /// Pixels nearer than this are left to `reference`, m.
+    /// Pixels nearer than this range are passed to `reference`, m.
     pub reference_below_m: f64,
     /// cos αδ and sin(αδ)/δ in powers of δ².
     pub cosine: [f32; 4],
     pub sine: [f32; 4],
-    /// The weight that bins do not hold, if any.
+    /// A further weight of the pixels that is not part of the bins.
     pub weight: Option<RowWeight>,
 }
 
 /// A weight that changes from pixel to pixel.
 pub(crate) enum RowWeight {
-    /// Of an antenna that does not look straight down.
+    /// The pattern of an antenna with a tilted boresight.
     Tilt(RowTilt),
-    /// The spreading of two ways beside that of their mean.
+    /// The ratio of the bistatic spreading to the spreading at the mean range.
     Ways,
 }
 
-/// The antenna's pattern along a row, beside that of one that looks straight down.
+/// The antenna's pattern along a row, relative to the pattern of an antenna that points straight down.
 pub(crate) struct RowTilt {
     /// Ratio of the cosines from boresight and vertical at pixel 0, and its change a pixel.
     pub ratio: f64,
     pub slope: f64,
-    /// The power of that ratio.
+    /// The power function of the ratio.
     pub power: CosinePower,
 }
 
@@ -57,7 +57,8 @@ pub(crate) const fn step(degree: usize) -> usize {
     if degree <= 1 { 4 } else { 8 }
 }
 
-/// A place of a row as the antennas see it: ranges, and offsets along the row, m. One antenna counts twice.
+/// Ranges of a place of a row from both antennas, and its offsets along the row, m. A single antenna counts
+/// twice.
 struct Seen {
     ranges_m: [f64; 2],
     along_m: [f64; 2],
@@ -80,7 +81,8 @@ impl SpreadRow<'_> {
 }
 
 impl Seen {
-    /// Ranges from an antenna at `offset` along the row from here, and how much longer they are than from here, m.
+    /// Ranges from an antenna to `offset` along the row from this place, and their excess over the range of
+    /// this place, m.
     #[inline(always)]
     fn exact<S: Lanes>(&self, s: S, antenna: usize, offset: S::V) -> [S::V; 2] {
         let range0 = s.splat(self.ranges_m[antenna] as f32);

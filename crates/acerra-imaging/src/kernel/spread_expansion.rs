@@ -5,18 +5,18 @@
 //! order ends after Q, the third after LQ/R.
 
 use super::lanes::{Lanes, MAX_LANES};
-use super::two_ways::{half_sum, spreading};
+use super::two_ways::{half_sum, half_sums, spreading};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
 /// Strips, rows of groups one after another, and a pulse.
 #[derive(Clone)]
 pub(crate) struct StripGeometry<'a> {
-    /// From each of the pulse's antennas, one or two, to the first pixel of the first strip, m: a range is the mean of
-    /// those from both.
+    /// Vectors from the antennas of the pulse (one or two) to the first pixel of the first strip, m. With two
+    /// antennas the range is the mean of both ranges.
     pub from_antennas_m: &'a [[f64; 3]],
-    /// Whether values are multiplied by the spreading of two ways beside that of their mean, at the middle of each
-    /// group.
+    /// Whether values are multiplied by the ratio of the bistatic spreading to the spreading at the mean
+    /// range, at the middle of each group.
     pub two_spreadings: bool,
     pub strips: usize,
     /// Numbers from one strip to the next.
@@ -31,18 +31,18 @@ pub(crate) struct StripGeometry<'a> {
     pub first_bin: i64,
     /// Bins of the pulse.
     pub entries: usize,
-    /// Blocks nearer than this go elsewhere, m.
+    /// Blocks nearer than this range are passed to the fallback, m.
     pub reference_below_m: f64,
 }
 
-/// Takes the blocks, strip and groups, for which expansions do not hold.
+/// Callback for the blocks (strip and groups) for which expansions do not hold.
 pub(crate) type Fallback<'a> = dyn FnMut((usize, Range<usize>), &mut [f32]) + 'a;
 
-/// What all blocks of strips share. `CUBIC` expansions are of third order, others of second.
+/// Parameters that all blocks of strips share. `CUBIC` expansions are of third order, others of second.
 pub(super) struct Strip<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool> {
     s: S,
     geometry: &'a StripGeometry<'a>,
-    /// From the block's middle to its groups' middles, m.
+    /// Offsets of the groups' middles from the block's middle, m.
     offsets_m: S::V,
     skew: S::V,
     /// Units of the expansion a metre, and the pixels' distances, m.
@@ -55,13 +55,15 @@ pub(super) struct Strip<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, c
 /// The range over each group about its middle, one lane a group, in units and pixels.
 pub(super) struct Expanded<S: Lanes> {
     pub slope: [S::V; 2],
-    /// Half the second derivative along, the mixed one, and half that across.
+    /// Half the second derivative along the row.
     pub along_square: S::V,
+    /// Mixed second derivative.
     pub product: S::V,
+    /// Half the second derivative across.
     pub across_square: S::V,
     /// One over the range, 1/units.
     pub inverse_range: S::V,
-    /// Farthest from the range at the middle, units.
+    /// Greatest departure from the range at the middle, units.
     pub reach: S::V,
     /// The range at the middle in bins past `whole`.
     pub t: S::V,
@@ -73,16 +75,18 @@ pub(super) struct Expanded<S: Lanes> {
 /// The range from an antenna over each group about its middle, in the same units.
 #[derive(Clone, Copy)]
 struct About<S: Lanes> {
-    /// At the middle, and how much longer it is than at the block's middle, m.
+    /// Range at the group's middle, m.
     range_m: S::V,
+    /// Excess of this range over the range at the block's middle, m.
     difference_m: S::V,
     slope: [S::V; 2],
     along_square: S::V,
     product: S::V,
     across_square: S::V,
     inverse_range: S::V,
-    /// Most of the linear and of the square part over a group, and bound of what the expansion drops.
+    /// Bound of the linear part over a group.
     linear: S::V,
+    /// Bound of the quadratic part over a group.
     squares: S::V,
     dropped: S::V,
 }
@@ -127,7 +131,7 @@ impl StripGeometry<'_> {
 impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
     Strip<'a, S, COLUMNS, ROWS, CUBIC>
 {
-    /// For expansions in `units_a_metre` that may err by `tolerance` units.
+    /// The parameters for expansions in `units_a_metre` with errors up to `tolerance` units.
     #[inline(always)]
     pub fn of(s: S, geometry: &'a StripGeometry<'a>, units_a_metre: f64, tolerance: f64) -> Self {
         let mut lane = [0f32; MAX_LANES];
@@ -147,8 +151,8 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
         }
     }
 
-    /// Expands the ranges of the block of a strip from group `first` on; `None` where that does not hold.
-    /// Lanes past the last group repeat it. All degrees of bins share the function.
+    /// Expands the ranges of the block of a strip from group `first` on; `None` where the expansion does not
+    /// hold. Lanes past the last group repeat the last group. All degrees of bins share this function.
     #[inline(never)]
     pub fn expand(&self, strip: usize, first: usize) -> Option<Expanded<S>> {
         self.s.vectorize(
@@ -173,7 +177,7 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
         });
         let ranges_m = d.map(norm);
         let block_m = half[0] * geometry.pixel_m[0] + half[1] * geometry.pixel_m[1];
-        // False for NaN too.
+        // NaN counts as near.
         let is_far = |range_m: f64| range_m - block_m >= geometry.reference_below_m;
         if !(is_far(ranges_m[0]) && is_far(ranges_m[1])) {
             return None;
@@ -258,8 +262,8 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
         let inverse_range = s.mul(inverse, s.splat(1.0 / units));
         let reach = s.add(linear, squares);
         let dropped = if CUBIC {
-            // Q/(1 + L/R) leaves QL²/R² (1 − …) of its expansion, the root no more than
-            // Q²/(2R) (1 + L/R)⁻³; one fifth of R bounds both rests.
+            // Q/(1 + L/R) leaves QL²/R² (1 − …) of its expansion, the root no more than Q²/(2R) (1 + L/R)⁻³;
+            // one fifth of R bounds both remainders.
             let share = s.mul(linear, inverse_range);
             if !s.all_le(share, s.splat(0.2)) {
                 return None;
@@ -286,8 +290,9 @@ impl<'a, S: Lanes, const COLUMNS: usize, const ROWS: usize, const CUBIC: bool>
 }
 
 impl<S: Lanes> About<S> {
-    /// Half the way there and back. Of third order kernels take the product of the means, linear part times square part
-    /// over range, for the mean of the products: that drops the products of two half differences and a mean.
+    /// The expansion of the mean of both ranges. Kernels of third order use the product of the means (linear
+    /// part times quadratic part over range) instead of the mean of the products; the error is the product of
+    /// two half differences and a mean.
     #[inline(always)]
     fn mean<const CUBIC: bool>(&self, s: S, other: &Self) -> Self {
         let mut mean = self.half_sum(s, other, s.splat(1.0));
@@ -315,23 +320,23 @@ impl<S: Lanes> About<S> {
         mean
     }
 
-    /// Half of the sum of two, or of their difference where the other's `sign` is −1.
+    /// Half of the sum of two expansions, or half of their difference where `sign` is −1.
     #[inline(always)]
     fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
-        Self {
-            range_m: half_sum(s, sign, self.range_m, other.range_m),
-            difference_m: half_sum(s, sign, self.difference_m, other.difference_m),
-            slope: [
-                half_sum(s, sign, self.slope[0], other.slope[0]),
-                half_sum(s, sign, self.slope[1], other.slope[1]),
+        half_sums!(
+            (s, sign, self, other),
+            [
+                range_m,
+                difference_m,
+                along_square,
+                product,
+                across_square,
+                inverse_range,
+                linear,
+                squares,
+                dropped,
             ],
-            along_square: half_sum(s, sign, self.along_square, other.along_square),
-            product: half_sum(s, sign, self.product, other.product),
-            across_square: half_sum(s, sign, self.across_square, other.across_square),
-            inverse_range: half_sum(s, sign, self.inverse_range, other.inverse_range),
-            linear: half_sum(s, sign, self.linear, other.linear),
-            squares: half_sum(s, sign, self.squares, other.squares),
-            dropped: half_sum(s, sign, self.dropped, other.dropped),
-        }
+            [slope]
+        )
     }
 }

@@ -1,12 +1,12 @@
-//! The transposed direct kernel for pixels that are small beside a wavelength: groups of neighbouring
+//! The transposed direct kernel for pixels that are small relative to a wavelength: groups of neighbouring
 //! pixels are summed in registers and added to a range bin once a group.
 //!
 //! [`spread_row`](super::spread::spread_row) adds to a bin Σ v e^{−jαδ} δ^p over its pixels, δ being the
 //! distance from the bin's centre. A group's pixels all go to the bin of the group's middle, whose
-//! polynomials hold so far beyond its edges. With δ = u + ε, ε from the bin's centre to the group's middle
-//! and u from there to a pixel, the same sums are e^{−jαε} Σ_q C(p, q) ε^{p−q} Σ v e^{−jαu} u^q: moments
-//! about the group's middle, moved once. Lanes are neighbouring groups; ranges over a group are expanded to
-//! second order about its middle.
+//! polynomials are fitted far enough beyond the bin's edges. With δ = u + ε, ε from the bin's centre to the
+//! group's middle and u from there to a pixel, these sums are e^{−jαε} Σ_q C(p, q) ε^{p−q} Σ v e^{−jαu} u^q:
+//! moments about the group's middle, moved once. Lanes are neighbouring groups; ranges over a group are
+//! expanded to second order about its middle.
 
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
 use super::spread::step;
@@ -29,7 +29,7 @@ pub(crate) struct SpreadStrip<'a> {
     pub carrier_rad: f64,
     /// Phase error allowed to the range expansion, rad.
     pub phase_tolerance_rad: f64,
-    /// Distance from a group's middle up to which polynomials hold, m.
+    /// Distance from a bin's centre up to which polynomials hold, m.
     pub reach_m: f64,
     /// cos αδ and sin(αδ)/δ in powers of δ², |δ| ≤ ½ bin.
     pub cosine: [f32; 4],
@@ -214,7 +214,7 @@ impl<S: Lanes, const COLUMNS: usize, const ROWS: usize, const TERMS: usize>
         [re[0], im[0], re[1], im[1], re[2], im[2], re[3], im[3]]
     }
 
-    /// Moments about a point from those about another, `epsilon` away.
+    /// Moments about a point, from the moments about a point `epsilon` away.
     #[inline(always)]
     fn about(&self, [m0, m1, m2, m3]: [S::V; 4], epsilon: S::V) -> [S::V; 4] {
         let s = self.s;

@@ -1,9 +1,9 @@
-//! The transposed direct kernel for pixels that are coarse beside a range bin: each goes to its own bin,
-//! and the range over groups of neighbouring pixels is expanded about the groups' middles.
+//! The transposed direct kernel for pixels that are coarse relative to a range bin: every pixel is added to
+//! its own bin, and the range over groups of neighbouring pixels is expanded about the groups' middles.
 //!
-//! It adds to bins what [`spread_row`](super::spread::spread_row) adds. Lanes are neighbouring groups, and
-//! so some pixels apart: an addition seldom waits for the one before it to the same bin, as it would from
-//! pixel to pixel.
+//! The kernel adds the same terms to bins as [`spread_row`](super::spread::spread_row). Lanes are
+//! neighbouring groups, and so some pixels apart: an addition seldom waits for a previous addition to the
+//! same bin, as it would from pixel to pixel.
 
 use super::lanes::{Lanes, MAX_LANES, ROUNDING};
 use super::spread::step;
@@ -26,8 +26,8 @@ pub(crate) struct SpreadSquares<'a> {
 /// Adds the groups to `bins` `[entries, step]`. Blocks for which the expansion does not hold go to
 /// `fallback`.
 ///
-/// Groups hold `COLUMNS` × `ROWS` pixels, `DEGREE` is that of the bins, `TERMS` counts the cosine's
-/// coefficients (the sine has one less).
+/// Groups hold `COLUMNS` × `ROWS` pixels, `DEGREE` is the degree of the bins, `TERMS` the number of the
+/// cosine's coefficients (the sine has one fewer).
 #[inline(always)]
 pub(crate) fn spread_squares<
     S: Lanes,
@@ -154,7 +154,7 @@ impl<S: Lanes, const ROWS: usize> Rows<S, ROWS> {
 }
 
 impl<S: Lanes> Cubic<S> {
-    /// At `x` pixels before the middle and after it.
+    /// The range at `x` pixels before the middle and after the middle.
     #[inline(always)]
     fn either_side(&self, s: S, x: f32) -> [S::V; 2] {
         let Self([c0, c1, c2, c3]) = *self;
@@ -255,7 +255,7 @@ mod tests {
 
     const CARRIER_RAD: f64 = 1.4;
     const BIN_M: f64 = 0.01;
-    /// Groups of a strip, and strips: neither whole blocks nor one.
+    /// Number of groups of a strip, not a whole number of blocks.
     const GROUPS: usize = 37;
     const STRIPS: usize = 3;
 

@@ -31,8 +31,8 @@ pub(super) struct Candidate {
     pub amplitude: f64,
 }
 
-/// All pixels of at least `floor` that none of their eight neighbours exceeds, strongest first;
-/// equal ones in the order of rows and columns. Of a plateau only the first pixel counts.
+/// All pixels of at least `floor` that none of their eight neighbours exceeds, strongest first; equal ones in
+/// the order of rows and columns. A plateau counts once, by its first pixel.
 pub(super) fn local_maxima(image: &ImageView<'_>, floor: f64) -> Vec<Candidate> {
     let floor2 = (floor * floor) as f32;
     let mut found: Vec<Candidate> = (0..image.grid().ny)

@@ -10,12 +10,12 @@ const LOOKS: i32 = 8;
 const ALONG_SHARE: f64 = 0.1;
 /// A crest that still rises at the end of one search is followed in the next.
 const SEARCHES: usize = 4;
-/// The crest ends where it falls below this share of its top: an image's errors of up to 10⁻² make
-/// dips of twice that, and beyond a deeper one is another target.
+/// The crest ends where it falls below this share of its top: an image's errors of up to 10⁻² make dips of up
+/// to 2·10⁻², and beyond a deeper dip lies another target.
 const FLAT: f64 = 0.98;
 
-/// Climbs to the maximum nearest to `start_m` and follows its crest across the track, half a
-/// Rayleigh distance to either side where it is as long and as flat as that, to the highest point.
+/// Climbs to the maximum nearest to `start_m` and follows its crest across the track, up to half a Rayleigh
+/// distance to either side while the crest is flat, to the highest point.
 ///
 /// The lobe of a target under the track is several decimetres long across the track and flat to fractions of
 /// a per cent, so that errors of the image (10⁻³ of the peak by default) cause several maxima on the crest,

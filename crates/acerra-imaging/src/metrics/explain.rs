@@ -20,7 +20,7 @@ use std::collections::HashMap;
 const HISTORY_TRUST: f64 = 0.75;
 /// Least number of contributions of imaging that take as long as one pulse in a point spread function.
 const CONTRIBUTIONS_PER_TERM: u64 = 200;
-/// Terms that are always granted: about a second of processor time.
+/// Number of terms that may always be evaluated: about a second of processor time.
 const LEAST_TERMS: u64 = 20_000_000;
 /// Maxima that are predicted together.
 const BATCH: usize = 16;
@@ -38,7 +38,7 @@ pub(super) enum Verdict {
     OutOfTime,
 }
 
-/// A target as other maxima see it.
+/// A target that may explain other maxima.
 struct Source {
     amplitude: f64,
     /// Range from each pulse (m), and the pulse's weight over its square.
@@ -66,14 +66,14 @@ pub(super) struct Explanation<'a> {
     pulses: Option<&'a Pulses<'a>>,
     margin: f64,
     sources: Vec<Source>,
-    /// By pixel.
+    /// Predictions by pixel.
     predicted: HashMap<[usize; 2], Predicted>,
     /// Terms of point spread functions (one a pulse) that may still be evaluated.
     terms_left: u64,
 }
 
 impl<'a> Explanation<'a> {
-    /// No targets yet. A maximum is explained up to `margin` times its prediction.
+    /// An explanation without targets, in which a maximum is explained up to `margin` times its prediction.
     pub fn new(
         image: &'a ImageView<'a>,
         spread: &'a PointSpread,
@@ -175,14 +175,14 @@ impl<'a> Explanation<'a> {
         candidate.amplitude <= self.margin * predicted
     }
 
-    /// Whether further predictions cannot change the verdict: they only add.
+    /// Whether further targets cannot change the verdict: predictions only grow.
     fn is_settled(&self, candidate: &Candidate) -> bool {
         let found = self.prediction(candidate);
         found.sources == self.sources.len() || self.explains(candidate, found.amplitude)
     }
 
-    /// The prediction at a maximum with all targets, or with as many as explain it; and the terms
-    /// that it took.
+    /// The prediction at a maximum, summed over targets until they explain the maximum or end, and the number
+    /// of terms evaluated.
     fn predict(&self, candidate: &Candidate, control: Control) -> (Predicted, u64) {
         let mut found = self.prediction(candidate);
         let mut terms = 0;

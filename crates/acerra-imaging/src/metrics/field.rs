@@ -21,7 +21,7 @@ pub fn climb_to_peak(field: &dyn Field, start_m: [f64; 2], step_m: f64) -> Optio
     let mut here = start_m;
     let mut best = field.amplitude(here[0], here[1])?;
     let mut step = step_m;
-    // Each round either moves uphill or halves the pattern, so the bound is generous.
+    // Each round either moves uphill or halves the pattern, so that 400 rounds suffice.
     for _ in 0..400 {
         let before = here;
         for axis in [[1.0, 0.0], [0.0, 1.0]] {

@@ -27,7 +27,7 @@ impl GhostWindow {
         if apart_m < 2.0 * cell.across_m {
             return None;
         }
-        // Never past the track itself.
+        // The window never reaches past the track.
         let half_across = (WINDOW_CELLS[1] * cell.across_m).min(0.5 * apart_m);
         Some(Self {
             centre_m,
@@ -73,7 +73,7 @@ impl GhostWindow {
             }
         }
         let (start, level) = best?;
-        // A climb that leaves the window has found something else.
+        // A climb that leaves the window has found another lobe.
         match climb_crest(field, start, step[0], self.tangent, cell) {
             Some(found) if self.contains(found.0) => Some(found),
             _ => Some((start, level)),

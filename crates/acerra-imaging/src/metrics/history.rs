@@ -13,27 +13,25 @@ use crate::engine::weights::profile_at;
 use crate::pulses::Pulses;
 use crate::vector::range_m;
 
-/// Strengths are smoothed over stretches of path of this part of the range on either side: long
-/// against the beat of two targets that are resolved, short against an antenna's or a corner's
-/// pattern.
+/// Half-length of the path over which amplitudes are smoothed, as a fraction of the range: long against the
+/// beat of two resolved targets, short against the pattern of an antenna or a corner reflector.
 const SMOOTHING: f64 = 0.1;
 /// Rms deviation of the amplitudes from their smooth course above which echoes belong to several targets (two
 /// of equal strength: 0.48) or to none.
 const STEADY: f64 = 0.3;
 
-/// The echoes at one target's range: phase as received, strength smoothed.
+/// The echoes at one target's range, with the received phases and smoothed amplitudes.
 #[derive(Clone, Debug)]
 pub(super) struct History {
     /// Share of each pulse in the image of the target, without the pixel's 1/R².
     phasor: Vec<Complex64>,
-    /// Modulus of their sum at the target itself.
+    /// Modulus of the phasors' sum at the target itself.
     own: f64,
     unsteadiness: f64,
 }
 
 impl History {
-    /// Takes the echoes at a target's range from every pulse, `ranges_m`, out of each. `None` where there
-    /// are none.
+    /// Extracts the echo at a target's range, `ranges_m`, from every pulse. `None` where all echoes are zero.
     pub fn of(pulses: &Pulses<'_>, ranges_m: &[f64]) -> Option<Self> {
         let step_hz = pulses.frequency_step_hz();
         let echo: Vec<Complex64> = ranges_m
@@ -64,7 +62,7 @@ impl History {
             }
             let smooth = (energy.max(0.0) / (to - from) as f64).sqrt();
             let strength = e.norm();
-            // Weighted as the image is.
+            // Weight of the pulse in the image.
             let share = ranges_m[m].powi(-4);
             departure += share * (strength - smooth).powi(2);
             whole += share * smooth * smooth;
@@ -85,7 +83,7 @@ impl History {
         (history.own > 0.0 && history.own.is_finite()).then_some(history)
     }
 
-    /// Whether the echoes are those of one target: of steady amplitude.
+    /// Whether the amplitude is steady, as of the echoes of one target.
     pub fn is_steady(&self) -> bool {
         self.unsteadiness <= STEADY
     }
@@ -95,7 +93,7 @@ impl History {
         &self.phasor
     }
 
-    /// Predicted amplitude relative to that at the target, of the image `sum` of the phasors.
+    /// Amplitude of `sum`, the image of the phasors at a place, relative to the amplitude at the target.
     pub fn level(&self, sum: Complex64) -> f64 {
         sum.norm() / self.own
     }

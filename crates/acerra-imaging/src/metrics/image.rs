@@ -1,4 +1,4 @@
-//! A focused image as the metrics see it, and its values between the pixels.
+//! A focused image as input of the metrics, and interpolation between its pixels.
 
 use std::f64::consts::PI;
 
@@ -22,7 +22,7 @@ pub struct ImageView<'a> {
 }
 
 impl<'a> ImageView<'a> {
-    /// Looks at `values` as the image on `grid`.
+    /// A view of `values` as the image on `grid`.
     ///
     /// # Errors
     /// [`ImagingError::Length`] when the values do not fill the grid, [`ImagingError::NotFinite`]
@@ -47,7 +47,7 @@ impl<'a> ImageView<'a> {
         })
     }
 
-    /// Looks at `values` as the image on `surface`.
+    /// A view of `values` as the image on `surface`.
     ///
     /// # Errors
     /// As [`ImageView::new`].
@@ -90,8 +90,8 @@ impl<'a> ImageView<'a> {
 /// Pixels that are checked together.
 const CHECKED_TOGETHER: usize = 1 << 14;
 
-/// Taps on either side of the place; content up to 0.6 of the pixels' Nyquist frequency about the local
-/// carrier is kept to about −60 dB.
+/// Number of taps on either side of the interpolated place; content up to 0.6 of the pixels' Nyquist
+/// frequency about the local carrier is reproduced to about −60 dB.
 const HALF_TAPS: usize = 5;
 const TAPS: usize = 2 * HALF_TAPS;
 const KAISER_BETA: f64 = 6.0;
@@ -129,7 +129,7 @@ impl Field for InterpolatedImage<'_> {
         let x = taps((x_m - grid.x0_m) / grid.pixel_m, grid.nx)?;
         let y = taps((y_m - grid.y0_m) / grid.pixel_m, grid.ny)?;
         let [column_phasor, row_phasor] = self.without_carrier;
-        // The columns of all rows first, and then along the row.
+        // All rows are summed column by column first, then along the row.
         let mut column_sums = [Complex64::default(); TAPS];
         let factors = row_phasor.iter().zip(&y.weight).take(y.count);
         for (j, (phasor, weight)) in factors.enumerate() {
@@ -150,7 +150,7 @@ impl Field for InterpolatedImage<'_> {
 struct Taps {
     first: usize,
     count: usize,
-    /// Zero from `count` on.
+    /// Weights of the taps, zero from `count` on.
     weight: [f64; TAPS],
 }
 
@@ -165,7 +165,7 @@ fn taps(at: f64, n: usize) -> Option<Taps> {
     let below = at.floor() as usize;
     let first = (below + 1).saturating_sub(HALF_TAPS);
     let count = (below + HALF_TAPS + 1).min(n) - first;
-    // sin π(x − k) is sin πx but for its sign.
+    // sin π(x − k) equals sin πx except for the sign.
     let sine = (PI * (at - below as f64)).sin() * [1.0, -1.0][(below - first) % 2];
     let (mut inside, mut sinc) = ([0.0; TAPS], [0.0; TAPS]);
     for k in 0..TAPS {
@@ -209,7 +209,7 @@ fn kaiser(u: [f64; TAPS]) -> [f64; TAPS] {
     value
 }
 
-/// I₀(β√u)/I₀(β) in powers of u: (β²/4)^k/(k!)² each, their sum taken out.
+/// Coefficients of I₀(β√u)/I₀(β) in powers of u: (β²/4)^k/(k!)², divided by their sum.
 const fn kaiser_series() -> [f64; KAISER_TERMS] {
     let mut term = [1.0; KAISER_TERMS];
     let mut sum = 1.0;

@@ -1,10 +1,10 @@
-//! One cut through a peak: its main lobe and sidelobes.
+//! Main lobe and sidelobes in a cut through a peak.
 
 /// Range of the search for sidelobes and of the sum of their energy, Rayleigh distances.
 pub const SIDELOBE_REACH: f64 = 10.0;
 
-/// A dip ends the main lobe only where the cut has fallen by 3 dB; a shallower one is a ripple on
-/// its top, since two lobes that dip less between them count as one.
+/// A minimum ends the main lobe only where the cut has fallen by 3 dB; a shallower minimum is a ripple on the
+/// lobe's top, since two lobes with a shallower dip between them count as one.
 const LOBE_END_POWER: f64 = 0.501_187_233_627_272_2;
 const POWER_3DB: f64 = 0.501_187_233_627_272_2;
 const POWER_6DB: f64 = 0.251_188_643_150_958;
@@ -14,19 +14,19 @@ const POWER_6DB: f64 = 0.251_188_643_150_958;
 pub struct Arm {
     /// Distance from the peak to the first minimum, m.
     pub rayleigh_m: Option<f64>,
-    /// Distance to where power has fallen by 3 dB, m.
+    /// Distance from the peak at which power has fallen by 3 dB, m.
     pub half_width_3db_m: Option<f64>,
-    /// Distance to where power has fallen by 6 dB, m.
+    /// Distance from the peak at which power has fallen by 6 dB, m.
     pub half_width_6db_m: Option<f64>,
     /// Highest power beyond the first minimum.
     pub side_peak: Option<f64>,
     /// Energy up to the first minimum (power × m).
     pub main_energy: f64,
-    /// Energy beyond it.
+    /// Energy beyond the first minimum.
     pub side_energy: f64,
 }
 
-/// Goes outward in steps of `step_m` from a peak of amplitude `peak`.
+/// Measures one side of a cut outward from a peak of amplitude `peak`, in steps of `step_m`.
 ///
 /// `amplitude(s)` is the amplitude at distance s ≥ 0, `None` where the field ends. The main lobe is
 /// followed up to `limit_m`; the sidelobes up to [`SIDELOBE_REACH`] Rayleigh distances, but no

@@ -1,4 +1,4 @@
-//! From an image to the list of its targets.
+//! List of the targets of an image.
 
 use super::candidates::{Candidate, local_maxima};
 use super::crest::climb_crest;
@@ -33,7 +33,7 @@ pub struct Measurement {
     pub sidelobes: usize,
     /// Number of maxima explained as ghosts.
     pub ghosts: usize,
-    /// Those that were not examined: beyond [`MeasureOptions::max_targets`], beyond the 1024
+    /// Number of maxima that were not examined: beyond [`MeasureOptions::max_targets`], beyond the 1024
     /// strongest, or beyond the time that the image itself takes.
     pub skipped: usize,
 }
@@ -45,8 +45,8 @@ const AMBIGUOUS: f64 = 0.01;
 
 /// Finds the targets of an image and measures each: place, level, resolution, sidelobes, ghost.
 ///
-/// Maxima no higher than the highest of clutter as strong as that about them are none of
-/// this; levels count from the strongest of the others.
+/// Maxima no higher than the highest expected maximum of the surrounding clutter are neither targets nor
+/// sidelobes nor ghosts; levels count from the strongest of the other maxima.
 ///
 /// Local maxima are taken strongest first, as in CLEAN. Each one that becomes a target is given the response
 /// that Eq. (5) predicts for this flight and band (`spread`); later maxima that do not exceed the prediction
@@ -54,11 +54,11 @@ const AMBIGUOUS: f64 = 0.01;
 /// track. Of two partners mirrored at the track the weaker is therefore the ghost; where they are equal
 /// within 1 %, as for a straight track, the ghost is the one to the right of the flight.
 ///
-/// The time is limited to about that of imaging the pixels: once the predictions have taken that time, the
+/// The time is limited to about the time of imaging the pixels: once the predictions have taken as long, the
 /// remaining maxima are counted as [`Measurement::skipped`].
 ///
-/// A ghost's level is the strongest pixel value about the mirrored place, so it contains whatever
-/// else is there.
+/// A ghost's level is the strongest pixel value about the mirrored place, including any other target at that
+/// place.
 ///
 /// # Errors
 /// [`ImagingError::OutOfRange`] for options out of range; cancellation.
@@ -95,8 +95,8 @@ pub fn measure_targets(
 
 /// As [`measure_targets`] for an image of `pulses`, whose echoes show how far positioning errors have blurred
 /// each target: maxima that the phases of the echoes at a target's range predict are no separate targets.
-/// Predictions by echoes are not used where the echoes vary in amplitude, as those of several targets in one
-/// range cell do.
+/// Predictions by echoes are not used where the echoes vary in amplitude, as the echoes of several targets in
+/// one range cell do.
 ///
 /// # Errors
 /// As [`measure_targets`].
@@ -118,7 +118,7 @@ fn measure(
 ) -> Result<Measurement, ImagingError> {
     options.check()?;
     let statistics = ImageStatistics::of(image);
-    let (mut candidates, clutter) = standing_out(image, spread, options, &statistics);
+    let (mut candidates, clutter) = maxima_above_clutter(image, spread, options, &statistics);
     let maxima = candidates.len() + clutter;
     candidates.truncate(MAX_CANDIDATES);
     let mut found = Measurement {
@@ -164,9 +164,9 @@ fn measure(
     Ok(found)
 }
 
-/// The local maxima above the level of their surroundings, strongest first, down to the threshold below the
-/// strongest; and the number above the threshold that are at the level of their surroundings.
-fn standing_out(
+/// The local maxima above the clutter of their surroundings, strongest first, down to the threshold below the
+/// strongest; and the number of maxima above the threshold that do not exceed their clutter.
+fn maxima_above_clutter(
     image: &ImageView<'_>,
     spread: &PointSpread,
     options: &MeasureOptions,

@@ -1,6 +1,6 @@
 //! Measuring an image: targets, resolution, sidelobes, ghosts, levels.
 //!
-//! The definitions are those that reproduce Table 1 of Catapano et al. (2020):
+//! The following definitions reproduce Table 1 of Catapano et al. (2020):
 //! - the **Rayleigh distance** goes from the peak to the first minimum of the cut through it;
 //!   across the track it is the mean of the inner (towards the track) and the outer side;
 //! - **widths** at −3 dB and −6 dB are full widths of the main lobe's power;
@@ -9,9 +9,9 @@
 //! - the **ghost** is the maximum about the place mirrored at the local track, its level the ratio
 //!   of amplitudes.
 //!
-//! Cuts follow the direction of flight at the closest approach to the target, whatever the shape of
-//! the track. [`measure_targets`] does all of it on an image; [`measure_shape`] and [`find_ghost`]
-//! also on an exact point spread function.
+//! Cuts follow the direction of flight at the closest approach to the target, whatever the shape of the
+//! track. [`measure_targets`] measures an image; [`measure_shape`] and [`find_ghost`] also measure an exact
+//! point spread function.
 
 pub(crate) mod candidates;
 pub(crate) mod crest;

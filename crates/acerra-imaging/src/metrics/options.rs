@@ -2,7 +2,7 @@
 
 use crate::error::ImagingError;
 
-/// What counts as a target.
+/// Criteria for a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MeasureOptions {

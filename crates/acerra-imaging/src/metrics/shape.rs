@@ -6,15 +6,15 @@ use super::target::{AcrossTrack, AlongTrack, Shape};
 use super::track::LocalTrack;
 use crate::psf::cell::Cell;
 
-/// Points that sample an expected resolution distance: first minima then come out to better than 10⁻³ of
-/// it (a parabola through a minimum of power).
+/// Samples per expected resolution distance: first minima are then measured to better than 10⁻³ of that
+/// distance (by a parabola through a minimum of power).
 const STEPS_PER_CELL: f64 = 48.0;
 /// Lobes are followed this many expected resolution distances before they count as unbounded.
 const LOBE_REACH: f64 = 6.0;
 
 /// Measures the image of a target at (x, y) = `peak_m` along and across its local track.
 ///
-/// `cell` is the expected resolution; it sets sampling and extent of the cuts, not the result. The
+/// `cell` is the expected resolution; it determines sampling and extent of the cuts, not the result. The
 /// across-track cut ends at the track where the target's lobe does, so that the ghost beyond the track is no
 /// sidelobe.
 pub fn measure_shape(
@@ -44,7 +44,7 @@ pub fn measure_shape(
 
     let offset_m =
         left[0] * (peak_m[0] - track.closest_m[0]) + left[1] * (peak_m[1] - track.closest_m[1]);
-    // Towards the track is to the right for a target on the left.
+    // For a target on the left the track is to the right.
     let towards = if offset_m >= 0.0 {
         left.map(|v| -v)
     } else {

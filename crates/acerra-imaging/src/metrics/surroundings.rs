@@ -1,9 +1,9 @@
-//! Level of the surroundings of a maximum: clutter, noise, sidelobes.
+//! Level of clutter, noise and sidelobes about a maximum.
 //!
-//! A maximum of clutter is as high as the highest of many draws; a target is higher. The power of
-//! clutter is taken as Weibull distributed with the median and the upper quartile that the
-//! surroundings show, so that clutter with spikes asks for more (constant false alarm rate). Levels are
-//! compared with the 1/R² of Eq. (3) undone, which lets clutter rise steeply towards the antenna.
+//! A maximum of clutter is as high as the highest of many draws; a target is higher. The power of clutter is
+//! modelled as Weibull distributed with the median and the upper quartile of the surroundings, so that spiky
+//! clutter raises the threshold (constant false alarm rate). Levels are compared with the 1/R² of Eq. (3)
+//! undone, which lets clutter rise steeply towards the antenna.
 
 use std::f64::consts::LN_2;
 
@@ -11,8 +11,8 @@ use rayon::prelude::*;
 
 use super::image::ImageView;
 
-/// Blocks along each side from which an image has surroundings for comparison: a corner block then has three
-/// neighbours.
+/// Least number of blocks along each side of an image: a corner block then has three neighbours for
+/// comparison.
 const LEAST_BLOCKS: usize = 2;
 /// Side of a block in resolution cells.
 const CELLS_A_BLOCK: f64 = 4.0;
@@ -20,10 +20,10 @@ const CELLS_A_BLOCK: f64 = 4.0;
 const BLOCK_SAMPLES: usize = 32;
 /// Mean number of clutter maxima that an image may have among its targets.
 const FALSE_ALARMS: f64 = 0.01;
-/// Largest exponent of the Weibull power: surroundings that are half target are no clutter.
+/// Largest exponent of the Weibull power: surroundings that consist of targets by half are not clutter.
 const MOST_SPIKY: f64 = 2.0;
 
-/// Positions of the track from which the nearest to a pixel is taken, at most.
+/// Largest number of track positions among which the nearest to a pixel is searched.
 const MOST_POSITIONS: usize = 64;
 
 /// Levels of the clutter over an image, block by block.
@@ -37,12 +37,12 @@ pub(super) struct Surroundings<'a> {
     blocks: [usize; 2],
     /// Median and upper quartile of the power of each block.
     quantiles: Vec<[f64; 2]>,
-    /// Resolution cells of the image over the false alarms allowed.
+    /// Number of resolution cells of the image divided by the allowed number of false alarms.
     odds: f64,
 }
 
 impl<'a> Surroundings<'a> {
-    /// Measures an image whose resolution cell has sides of `cell_m`, seen from `position_m`.
+    /// Measures the clutter of an image whose resolution cell has sides of `cell_m`, seen from `position_m`.
     pub fn of(image: &ImageView<'a>, cell_m: [f64; 2], position_m: &[[f64; 3]]) -> Self {
         let grid = image.grid();
         let widest = cell_m[0].max(cell_m[1]) / grid.pixel_m;
@@ -66,9 +66,10 @@ impl<'a> Surroundings<'a> {
         made
     }
 
-    /// Whether the maximum at a pixel is higher than clutter as about it may be.
+    /// Whether the maximum at a pixel exceeds the highest expected maximum of the clutter about the pixel.
     pub fn is_exceeded(&self, [ix, iy]: [usize; 2]) -> bool {
-        // A single row of blocks, as of a vertical section, shows a target and its sidelobes alone.
+        // A single row of blocks (for example of a vertical section) contains a target and its sidelobes
+        // only.
         if self.blocks.iter().any(|count| *count < LEAST_BLOCKS) {
             return true;
         }
@@ -106,7 +107,7 @@ impl<'a> Surroundings<'a> {
     fn quantiles_of(&self, [bx, by]: [usize; 2]) -> [f64; 2] {
         let grid = self.image.grid();
         let within = |k: usize, most: usize| k * self.side..((k + 1) * self.side).min(most);
-        // Every few pixels are enough of a large block.
+        // In a large block every few pixels suffice.
         let stride = (self.side / BLOCK_SAMPLES).max(1);
         let mut power: Vec<f64> = within(by, grid.ny)
             .step_by(stride)
@@ -120,18 +121,18 @@ impl<'a> Surroundings<'a> {
         [0.5, 0.75].map(|share| power[(share * (power.len() - 1) as f64) as usize])
     }
 
-    /// Power that the highest of the image's clutter maxima rarely passes.
+    /// Power that the highest clutter maximum of the image rarely exceeds.
     fn highest(&self, median: f64, quartile: f64) -> f64 {
         if median <= 0.0 {
             return 0.0;
         }
-        // Of exponentially distributed power the upper quartile is twice the median.
+        // For exponentially distributed power the upper quartile is twice the median.
         let exponent = ((quartile / median).ln() / LN_2).clamp(1.0, MOST_SPIKY);
         median * (self.odds.ln() / LN_2).powf(exponent)
     }
 }
 
-/// Largest number of pixels whose levels give those of an image.
+/// Largest number of pixels from which the levels of an image are estimated.
 const IMAGE_SAMPLES: usize = 1 << 18;
 
 /// Expected amplitude of the highest pixel of an image of clutter and noise alone, plus 3 dB: an image whose

@@ -19,10 +19,10 @@ pub struct AlongTrack {
 pub struct AcrossTrack {
     /// Mean of `inner_m` and `outer_m`.
     pub rayleigh_m: Option<f64>,
-    /// Distance from the peak to the first minimum on the side towards the track. A lobe that
-    /// spans the track has no such side; it is then the one to the right of the flight.
+    /// Distance from the peak to the first minimum on the side towards the track. For a lobe that spans the
+    /// track, the side to the right of the flight counts as this side.
     pub inner_m: Option<f64>,
-    /// The sidelobe on the other side.
+    /// Distance from the peak to the first minimum on the side away from the track.
     pub outer_m: Option<f64>,
     /// Full width at −3 dB.
     pub width_3db_m: Option<f64>,
@@ -33,7 +33,7 @@ pub struct AcrossTrack {
 /// The partner that the left–right ambiguity puts on the other side of the track.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ghost {
-    /// Amplitude over that of the target.
+    /// Amplitude of the ghost over the amplitude of the target.
     pub level: f64,
     /// Place of its maximum, m.
     pub x_m: f64,
@@ -46,7 +46,7 @@ pub struct Ghost {
 pub struct Shape {
     /// Widths along the track.
     pub along: AlongTrack,
-    /// Widths across it.
+    /// Widths across the track.
     pub across: AcrossTrack,
     /// Highest sidelobe of the two cuts below the peak, dB.
     pub pslr_db: Option<f64>,
@@ -67,7 +67,7 @@ pub struct Target {
     pub level_db: f64,
     /// Widths along the track.
     pub along: AlongTrack,
-    /// Widths across it.
+    /// Widths across the track.
     pub across: AcrossTrack,
     /// Highest sidelobe of the two cuts below the peak, dB.
     pub pslr_db: Option<f64>,

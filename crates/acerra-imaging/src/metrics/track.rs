@@ -5,7 +5,7 @@
 pub struct LocalTrack {
     /// The point of the track nearest to the target, m.
     pub closest_m: [f64; 3],
-    /// Horizontal unit vector of the flight direction there.
+    /// Horizontal unit vector of the flight direction at the closest point.
     pub tangent: [f64; 2],
     /// Horizontal distance of the target from the line, m; positive to the left of the flight.
     pub offset_m: f64,

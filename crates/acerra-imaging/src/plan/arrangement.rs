@@ -11,7 +11,7 @@ use crate::kernel::level::SimdLevel;
 use crate::pulses::Pulses;
 use crate::vector::norm;
 
-/// Pixels that the direct engine images, and how it sees them.
+/// Pixels that the direct engine images, and the lines of sight to the pixels.
 pub(super) struct Target<'a> {
     pub grid: &'a TiltedGrid,
     pub sample: Sample,
@@ -27,7 +27,7 @@ pub(super) struct Arrangements<'a> {
 }
 
 impl Arrangements<'_> {
-    /// Requirements on a table for every arrangement: with the third order of the range.
+    /// Requirements on a table that suffice for every arrangement: the third order of the range is included.
     pub fn spec(&self, table: TableSpec, accuracy: f64, shape: Shape) -> DirectSpec {
         let alpha = table.carrier_rad(self.pulses);
         DirectSpec {
@@ -42,7 +42,8 @@ impl Arrangements<'_> {
         }
     }
 
-    /// Least cost of an arrangement: all vectors read from windows, without the third order of the range.
+    /// Lower bound of an arrangement's cost: all vectors are read from windows, without the third order of
+    /// the range.
     pub fn least_cost(&self, table: TableSpec, accuracy: f64, shape: Shape) -> f64 {
         let spec = DirectSpec {
             cubic: false,
@@ -52,7 +53,7 @@ impl Arrangements<'_> {
         self.windowed(&spec, &operations).min(operations.gathered) / self.level.lanes() as f64
     }
 
-    /// An arrangement's parameters and cost.
+    /// Parameters and cost of the arrangement `shape`.
     pub fn by(
         &self,
         on: &Target,
@@ -66,7 +67,7 @@ impl Arrangements<'_> {
         }
     }
 
-    /// Groups of sixteen pixels of a row.
+    /// Parameters and cost of groups of sixteen pixels of a row.
     fn by_rows(&self, on: &Target, table: TableSpec, accuracy: f64) -> (DirectSpec, f64) {
         let lanes = self.level.lanes() as f64;
         let mut spec = self.spec(table, accuracy, Shape::Row);
@@ -104,7 +105,7 @@ impl Arrangements<'_> {
         self.judged(spec, accuracy, &costs)
     }
 
-    /// Groups of 4 × 4 pixels.
+    /// Parameters and cost of groups of 4 × 4 pixels.
     fn by_squares(
         &self,
         on: &Target,
@@ -184,7 +185,7 @@ impl Arrangements<'_> {
         wavenumber * reach_m * 0.5 * f64::from(f32::EPSILON) * (2.0 / 3.0)
     }
 
-    /// A spec restricted to the range of single precision, and its cost.
+    /// The spec restricted to the ranges that single precision carries, and the spec's cost.
     fn judged(&self, mut spec: DirectSpec, accuracy: f64, costs: &Costs) -> (DirectSpec, f64) {
         let [windows, gathers] = [0, 1].map(|k| {
             let found = self.rounding_rad(spec.table, costs.reach_m[k]);
@@ -198,10 +199,11 @@ impl Arrangements<'_> {
     }
 }
 
-/// Shares of the accuracy up to which roundings of the range are tried: with windows, which narrower bins do
-/// not help, and with gathers, in addition to errors of the table.
+/// Share of the accuracy that rounding of the range may take with windows (narrower bins do not reduce this
+/// error) and with gathers (where the table's errors add to it).
 const ROUNDING_SHARES: [f64; 2] = [0.9, 0.6];
-/// Added to the cost of arrangements that exceed the accuracy: these are chosen only without an alternative.
+/// Penalty on the cost of arrangements that exceed the accuracy, which are chosen only without an
+/// alternative.
 pub(super) const HOPELESS: f64 = 1e3;
 
 /// Vector operations for the heights of a vector of pixels above the plane of their square.
@@ -209,12 +211,12 @@ const UNEVEN: f64 = 6.0;
 
 /// Cost of an arrangement of pixels.
 struct Costs {
-    /// Share of vectors read from windows, and vector operations for a vector read from a window and for a
-    /// gathering one.
+    /// Share of vectors read from windows; vector operations of a vector read from a window, and of one that
+    /// gathers.
     window: f64,
     windowed: f64,
     gathered: f64,
-    /// Changes of range over which windows and gathers carry it in single precision, m.
+    /// Changes of range over which windows and gathers carry the range in single precision, m.
     reach_m: [f64; 2],
 }
 
@@ -224,6 +226,6 @@ struct Operations {
     common: f64,
     /// Reads of coefficients.
     lookups: f64,
-    /// All of a vector that gathers.
+    /// All operations of a vector that gathers.
     gathered: f64,
 }

@@ -5,8 +5,8 @@ use crate::engine::tables::spec::TableSpec;
 use crate::engine::travel_time::TravelTime;
 use crate::pulses::Pulses;
 
-/// Largest error of the carrier's polynomials over a bin of phase advance `alpha`: cosine of `terms` terms
-/// and sine of one less, interpolated at Chebyshev nodes.
+/// Largest error of the carrier's polynomials over a bin of phase advance `alpha` (rad): the cosine has
+/// `terms` terms, the sine one fewer, both interpolated at Chebyshev nodes.
 pub(super) fn carrier_error(alpha: f64, terms: i32) -> f64 {
     let x = 0.5 * alpha;
     let remainder = |power: i32| {
@@ -24,8 +24,8 @@ pub(super) fn fine_bin_m(pulses: &Pulses) -> f64 {
     pulses.light_speed_m_s() / top / 40.0
 }
 
-/// Bins over which polynomials may reach: groups of wider pixels need more of them than their sums in
-/// registers save.
+/// Greatest reach of a bin's polynomials, bins: for groups of wider pixels the sums in registers save less
+/// than the longer reach costs.
 const MOST_REACH: f64 = 12.0;
 
 /// The widest bins of a degree that keep `accuracy` where pixels up to half `extent_m` beyond a bin's edge

@@ -23,17 +23,20 @@ use crate::pulses::Pulses;
 use crate::vector::dot;
 use acerra_control::Control;
 
-/// Share of the accuracy that interpolation over uneven ground may take: that of a plane's axes together.
+/// Share of the accuracy for interpolation over uneven ground, equal to the share of both axes of a plane
+/// together.
 const ALLOWED_TO_RELIEF: f64 = 0.6;
-/// How much finer than the bandwidth asks for coarse grids over uneven ground are at first, and at most: the bandwidth
-/// is that of the steepest places, kinks have none.
+/// Initial factor by which coarse grids over uneven ground are finer than the bandwidth requires: the
+/// bandwidth is that of the steepest slopes.
 const COARSEST: f64 = 0.8;
+/// Greatest such factor over uneven ground: kinks have unbounded bandwidth.
 const FINEST: f64 = 3.0;
 
-/// Share of the accuracy that one spreading of two ways may take for all pixels of a group.
+/// Share of the accuracy for the error of one bistatic spreading factor shared by all pixels of a group.
 const SPREADING_SHARE: f64 = 0.2;
 
-/// Whether the spreading of two ways, from antennas apart, differs too much between the pixels of a group.
+/// Whether the spreading factor of separate antennas differs too much between the pixels of a group to be
+/// shared.
 pub(super) fn has_own_spreadings(
     pulses: &Pulses,
     grid: &TiltedGrid,
@@ -41,14 +44,15 @@ pub(super) fn has_own_spreadings(
     sample: &Sample,
     accuracy: f64,
 ) -> bool {
-    // Root mean square of the places of pixels about the middle.
+    // Mean square distance of the pixels from the middle.
     let away = |pixels: usize, step: [f64; 3]| (pixels.pow(2) - 1) as f64 / 12.0 * dot(step, step);
     let away_m = (away(group[0], grid.u_m) + away(group[1], grid.v_m)).sqrt();
     sample.spreading_error(pulses.half_apart_m(), away_m) > SPREADING_SHARE * accuracy
 }
 
-/// The next fineness after one whose error exceeds what is allowed by a factor. At 1 the bandwidth's errors are within
-/// it; kinks are left, whose errors fall about with the square of the spacing.
+/// The fineness to try after one whose error exceeds the allowed error by the factor `excess`. With a
+/// fineness of 1 the errors within the bandwidth are as allowed; errors at kinks remain, and fall about with
+/// the square of the spacing.
 fn finer(fineness: f64, excess: f64) -> f64 {
     if fineness < 1.0 {
         return if excess > 6.0 {
@@ -77,7 +81,7 @@ pub(crate) struct FactorizedBudget {
 }
 
 impl<'a> Budget<'a> {
-    /// For data whose power at each frequency is `power` `[N]`.
+    /// The budget of data whose power at each frequency is `power` `[N]`.
     pub fn new(
         pulses: &'a Pulses<'a>,
         grid: &'a ImageGrid<'a>,
@@ -117,8 +121,8 @@ impl<'a> Budget<'a> {
         }
     }
 
-    /// Tables that keep `accuracy`: narrower bins may need fewer terms of the carrier, and higher
-    /// degrees take wider ones.
+    /// Tables that keep `accuracy`: narrower bins may need fewer terms of the carrier, and higher degrees
+    /// permit wider bins.
     pub fn tables(&self, accuracy: f64) -> Vec<TableSpec> {
         let Some(errors) = FitErrors::new(self.pulses, &self.power) else {
             return Vec::new();
@@ -131,10 +135,10 @@ impl<'a> Budget<'a> {
             .collect()
     }
 
-    /// The cheapest of some tables and arrangements, and its cost.
+    /// The cheapest combination of one of `tables` and an arrangement, and the cost of this combination.
     fn cheapest(&self, on: &Target, tables: &[TableSpec], accuracy: f64) -> (DirectSpec, f64) {
         let arrange = self.arrangements();
-        // Squares have one weight for all of their pixels, and take heights.
+        // A square has one weight for all of its pixels, and separate heights.
         let has_weights = self.pulses.boresight().is_some()
             || has_own_spreadings(self.pulses, on.grid, [4, 4], &on.sample, accuracy);
         let shapes: &[Shape] = match (self.grid.is_uneven(), has_weights) {
@@ -158,7 +162,7 @@ impl<'a> Budget<'a> {
         best.unwrap_or_else(|| self.fallback(accuracy))
     }
 
-    /// Not reached for accuracies a plan accepts: a very fine cubic table is safe.
+    /// A very fine cubic table, for accuracies that no other table keeps; plans accept no such accuracy.
     fn fallback(&self, accuracy: f64) -> (DirectSpec, f64) {
         let table = TableSpec {
             bin_m: fine_bin_m(self.pulses),
@@ -171,9 +175,9 @@ impl<'a> Budget<'a> {
         (self.arrangements().spec(table, accuracy, Shape::Row), 100.0)
     }
 
-    /// The cheapest partition that keeps `accuracy`; `None` where coarse grids do not pay. With
-    /// `windows` the direct engine may image coarse grids through windows of bins, with `two_stages`
-    /// sub-apertures may be merged from shorter ones. Of uneven ground `roughness` is asked for.
+    /// The cheapest partition that keeps `accuracy`; `None` where coarse grids do not pay. With `windows` the
+    /// direct engine may image coarse grids through windows of bins, with `two_stages` sub-apertures may be
+    /// merged from shorter ones. `roughness` describes uneven ground.
     ///
     /// # Errors
     /// Cancellation.
@@ -191,7 +195,7 @@ impl<'a> Budget<'a> {
             let on = windows.then(|| self.target(coarse));
             self.inner(on, &tables, inner_accuracy)
         };
-        // The carrier is that of every table.
+        // All tables have the same carrier.
         let (grid, terrain) = (self.grid.plane(), self.grid.terrain());
         let (first, _) = inner_on(grid);
         let band_hz = effective_band_hz(self.pulses, &self.power, accuracy, &first.table);
@@ -236,8 +240,8 @@ impl<'a> Budget<'a> {
         }
     }
 
-    /// What images coarse pixels, and its cost a value: windows where they are allowed and fit, or
-    /// coefficients side by side for gathers.
+    /// The direct spec for coarse grids, and its cost a value: windows where they are allowed and fit,
+    /// otherwise gathers of interleaved coefficients.
     fn inner(
         &self,
         windows_on: Option<Target>,
@@ -245,7 +249,7 @@ impl<'a> Budget<'a> {
         accuracy: f64,
     ) -> (DirectSpec, f64) {
         let windowed = windows_on.map(|on| self.cheapest(&on, tables, accuracy));
-        // Exact ranges, and coefficients read lane by lane, in operations a value as measured.
+        // Measured operations a value for exact ranges and coefficients read lane by lane.
         let lanes = self.level.lanes() as f64;
         let gathered = |table: &TableSpec| {
             let fours = (table.degree as f64 + 1.0) / 2.0;

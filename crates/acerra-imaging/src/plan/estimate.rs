@@ -1,4 +1,4 @@
-//! Estimated run time of a plan: pieces of its work are executed and timed.
+//! Estimated run time of a plan, from timed pieces of the plan's work.
 
 use super::imaging::ImagingPlan;
 use super::planner::Method;
@@ -32,7 +32,7 @@ impl ImagingPlan<'_> {
         }
     }
 
-    /// From some rows.
+    /// Estimated seconds of the engine in double precision, from some rows.
     fn time_double(&self, tables: &DoubleTables, control: Control) -> f64 {
         let (echoes, grid) = (&self.request.echoes, &self.request.grid);
         let rows = rayon::current_num_threads().min(grid.rows());
@@ -42,7 +42,7 @@ impl ImagingPlan<'_> {
         best_of_two(work) * grid.rows() as f64 / rows as f64
     }
 
-    /// From as many pixels a thread as are summed side by side.
+    /// Estimated seconds of the reference, from as many pixels a thread as are summed side by side.
     fn time_reference(&self, control: Control) -> f64 {
         let grid = &self.request.grid;
         let pixels = (DELAYS * rayon::current_num_threads()).min(self.pixels());

@@ -87,7 +87,7 @@ impl<'a> Forward<'a> {
         Self::with_control(pulses, grid, options, Control::default())
     }
 
-    /// As above; planning can be cancelled, without progress.
+    /// As [`Forward::new`]; planning can be cancelled and reports no progress.
     ///
     /// # Errors
     /// As [`Forward::new`], and cancellation.
@@ -164,7 +164,8 @@ impl<'a> Forward<'a> {
         Ok(control.check()?)
     }
 
-    /// Compares a slice at some places, seen by one of `pulses` each, which are made of whole [`Forward::units`].
+    /// Compares a slice at some places, each seen by one of the ranges `pulses`, which consist of whole
+    /// [`Forward::units`].
     ///
     /// # Errors
     /// Cancellation.
@@ -195,7 +196,7 @@ impl<'a> Forward<'a> {
         compare_places(&self.request.echoes, &places, &run, control)
     }
 
-    /// Pulses that the engine cannot take apart.
+    /// Ranges of pulses that the engine cannot divide.
     pub(super) fn units(&self) -> Vec<Range<usize>> {
         match &self.method {
             Method::Factorized(factorized) => factorized.parts(&self.request.echoes),
@@ -213,7 +214,7 @@ impl<'a> Forward<'a> {
         }
     }
 
-    /// The largest error, with all that few places cannot say, by which a check accepts.
+    /// The largest error bound, including the uncertainty of few places, that a check accepts.
     pub(super) fn allowed_error(&self) -> f64 {
         allowed_error::<Modelling>(&self.request)
     }
@@ -304,14 +305,14 @@ impl Operator for Modelling {
     type Double = Infallible;
     const KIND: OperatorKind = OperatorKind::Forward;
     const FACTORIZED_ATTEMPTS: usize = 6;
-    // The check sees a few places only: errors that gather elsewhere need room.
+    // The check compares a few places only: errors that concentrate elsewhere need a margin.
     const ACCEPTED_SHARE: f64 = 0.6;
     const WINDOWS: bool = false;
     const UNEVEN: bool = false;
     const LEVEL_GROUND: bool = false;
     const TWO_STAGES: bool = false;
     const SEGMENTS: bool = false;
-    // Solvers apply it again and again.
+    // Solvers apply the operator many times.
     const REPEATED: bool = true;
     const MEMORY: &'static str = "range bins, image and spectra";
 

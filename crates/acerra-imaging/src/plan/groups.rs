@@ -1,5 +1,5 @@
-//! Groups of pixels that the forward operator sums in registers: their shape, and the range bins to which
-//! they go.
+//! Shapes of the pixel groups that the forward operator sums in registers, and the range bins that receive
+//! the sums.
 
 use super::arrangement::Arrangements;
 use super::bins::{carrier_error, choose_table};
@@ -29,18 +29,18 @@ const LEAST_FILLED: f64 = 0.5;
 /// Vector operations for a pixel of a group, and for a group: expansion, move to the bin, and addition.
 const PIXEL_COST: f64 = 36.0;
 const GROUP_COST: f64 = 180.0;
-/// The same for pixels that go to bins of their own, beside the additions.
+/// Vector operations for a pixel of a group whose pixels go to separate bins, without the additions.
 const SPREAD_PIXEL_COST: f64 = 30.0;
 const SPREAD_GROUP_COST: f64 = 90.0;
-/// The addition of a pixel to a bin of four numbers and of eight, and a pixel taken by rows with exact ranges,
-/// in the time of vector operations.
+/// Cost in vector operations of adding a pixel to a bin of four numbers and to one of eight.
 const ADDITION_COST: [f64; 2] = [2.6, 4.0];
+/// Vector operations for a pixel that is added by rows with exact ranges.
 const ROW_COST: f64 = 16.0;
 
-/// The groups that cost least among those that keep `accuracy`, with tables of their own in place of
-/// those of `imaging`, and their cost in vector operations a pixel. `None` where pixels are taken one by
-/// one: coarse pixels, accuracies that the single-precision expansion does not carry, weights by incidence,
-/// whose expansion about a bin is no wider than the bin, antennas far apart.
+/// The cheapest groups that keep `accuracy`, with separate tables instead of the tables of `imaging`, and the
+/// cost in vector operations a pixel. `None` where pixels are added one by one: coarse pixels, accuracies
+/// beyond the single-precision expansion, weights by incidence (their expansion about a bin is no wider than
+/// the bin), and antennas far apart.
 pub(super) fn choose_groups(
     request: &Request,
     power: &[f64],
@@ -81,7 +81,7 @@ pub(super) fn choose_groups(
                 shape,
                 way: GroupWay::Summed {
                     terms,
-                    // Curvature takes a little beside the slope.
+                    // Curvature adds a little to the slope.
                     reach_m: 1.01 * reach_m,
                 },
             }),
@@ -99,9 +99,9 @@ pub(super) fn choose_groups(
         .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The table and shape of groups whose pixels each go to their own bin that cost least among those that keep
-/// `accuracy`, and their cost in vector operations a pixel. `None` for antennas that do not look straight
-/// down and for antennas far apart, whose weights change from pixel to pixel, and where single precision does not carry
+/// The cheapest table and group shape that keep `accuracy` where each pixel of a group goes to its own bin,
+/// and the cost in vector operations a pixel. `None` for antennas that do not look straight down and for
+/// antennas far apart, whose weights change from pixel to pixel, and where single precision does not carry
 /// ranges.
 pub(super) fn choose_spread(
     request: &Request,
@@ -135,7 +135,8 @@ pub(super) fn choose_spread(
         if rounding_rad >= 0.2 * spec.phase_tolerance_rad || filled < LEAST_FILLED {
             return None;
         }
-        // What the third order leaves is largest where the group is seen from the side and from above.
+        // The remainder after the third order is largest where the group is seen from the side and from
+        // above.
         let half_m = half_diagonal_m(grid, shape);
         let held = sample.share(|sight| {
             let bend = half_m / sight.range_m;
@@ -160,7 +161,7 @@ fn filled(grid: &TiltedGrid, shape: [usize; 2]) -> f64 {
     grid.columns as f64 * grid.rows as f64 / grouped_pixels(grid, shape) as f64
 }
 
-/// Farthest pixel from the middle of a group, m.
+/// Distance of the farthest pixel from the middle of a group, m.
 fn half_diagonal_m(grid: &TiltedGrid, shape: [usize; 2]) -> f64 {
     let [i, j] = shape.map(|side| 0.5 * (side - 1) as f64);
     let diagonal = |sign: f64| {
@@ -171,8 +172,8 @@ fn half_diagonal_m(grid: &TiltedGrid, shape: [usize; 2]) -> f64 {
     diagonal(1.0).max(diagonal(-1.0))
 }
 
-/// Largest error over half a turn of a cosine of so many terms and a sine of one less, interpolated at
-/// Chebyshev nodes.
+/// Largest error over half a turn of a cosine polynomial of `terms` terms and a sine polynomial of one term
+/// fewer, interpolated at Chebyshev nodes.
 fn turn_error(terms: i32) -> f64 {
     carrier_error(PI, terms)
 }

@@ -81,7 +81,7 @@ impl<'a> ImagingPlan<'a> {
         Self::with_control(pulses, grid, options, Control::default())
     }
 
-    /// As above; planning can be cancelled, without progress.
+    /// As [`ImagingPlan::new`]; planning can be cancelled and reports no progress.
     ///
     /// # Errors
     /// As [`ImagingPlan::new`], and cancellation.
@@ -180,12 +180,12 @@ impl<'a> ImagingPlan<'a> {
         Ok(control.check()?)
     }
 
-    /// Drops the tables: every run builds them again, with the weights that it is given.
+    /// Drops the tables; every run then builds them again, with the weights given to the run.
     pub(super) fn forget_tables(&mut self) {
         match &mut self.method {
             Method::Direct(direct) => direct.forget_tables(),
             Method::Factorized(factorized) => factorized.forget_tables(),
-            // Those in double precision hold no weights.
+            // Tables in double precision hold no weights.
             Method::Double(_) | Method::Reference => {}
         }
     }

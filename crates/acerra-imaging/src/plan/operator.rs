@@ -33,7 +33,7 @@ pub(crate) trait Operator {
     const FACTORIZED_ATTEMPTS: usize;
     /// Share of the accuracy that the self-check may find.
     const ACCEPTED_SHARE: f64;
-    /// Whether the direct engine uses windows of bins on coarse grids, or must go lane by lane.
+    /// Whether the direct engine reads windows of bins on coarse grids; otherwise it reads bins lane by lane.
     const WINDOWS: bool;
     /// Whether the factorized engine takes uneven ground.
     const UNEVEN: bool;
@@ -43,7 +43,7 @@ pub(crate) trait Operator {
     const TWO_STAGES: bool;
     /// Whether segments of the aperture may have separate factorized engines.
     const SEGMENTS: bool;
-    /// Whether a plan is made for many runs, or its time counts relative to that of one run.
+    /// Whether a plan is made for many runs; otherwise planning time counts relative to the time of one run.
     const REPEATED: bool;
     /// The arrays that count against the limit of memory.
     const MEMORY: &'static str;
@@ -57,7 +57,7 @@ pub(crate) trait Operator {
     }
     /// Whether the factorized engine is sufficiently cheaper to be chosen.
     fn factorized_pays(cost: f64, direct_cost: f64) -> bool;
-    /// Pixels of a first self-check, and of a second where the first left the verdict open.
+    /// Numbers of pixels of a first self-check, and of a second one where the first is undecided.
     fn check_pixels(request: &Request) -> [usize; 2];
     /// Bytes of the result.
     fn output_bytes(request: &Request) -> u128;
@@ -65,11 +65,11 @@ pub(crate) trait Operator {
     fn direct_bytes(request: &Request, piece: &Piece<DirectSpec>) -> Result<u128, ImagingError>;
     /// Bytes of a factorized engine.
     fn factorized_bytes(request: &Request, pieces: &[Segment]) -> Result<u128, ImagingError>;
-    /// Batches of pulses in which a direct engine takes them.
+    /// Number of batches of pulses in a run of a direct engine.
     fn direct_batches(_: &Self::Direct) -> usize {
         1
     }
-    /// Pixels for a factorized engine.
+    /// Number of batches of pulses in a run of a factorized engine.
     fn factorized_batches(_: &Self::Factorized) -> usize {
         1
     }
@@ -85,7 +85,7 @@ pub(crate) trait Operator {
         pieces: &[Segment],
         control: Control,
     ) -> Result<Self::Factorized, ImagingError>;
-    /// An engine in double precision that keeps the accuracy, if there is one.
+    /// An engine in double precision that keeps the accuracy; `None` where tables do not suffice.
     fn double(
         request: &Request,
         control: Control,
@@ -109,7 +109,7 @@ pub(crate) trait Operator {
 /// Accuracy below which roundings in single precision decide.
 const ROUNDINGS_BELOW: f64 = 2e-5;
 
-/// Share of the accuracy that plans aim at and share that a self-check may find. Over uneven ground errors
+/// Share of the accuracy that plans aim at; a self-check may find the same share. Over uneven ground errors
 /// concentrate where the relief is steep, and a sample of pixels misses the largest errors.
 pub(super) fn margin(request: &Request) -> f64 {
     match (
@@ -122,14 +122,14 @@ pub(super) fn margin(request: &Request) -> f64 {
     }
 }
 
-/// Largest error, with all that few pixels cannot say, by which a self-check accepts a plan.
+/// Largest error bound, including the uncertainty of few pixels, by which a self-check accepts a plan.
 pub(super) fn allowed_error<O: Operator>(request: &Request) -> f64 {
     O::ACCEPTED_SHARE * margin(request) * request.options.accuracy
 }
 
-/// Factors of the allowed error above which few pixels reject a plan. Few pixels may miss the bright pixels
-/// that dominate the power of an image: the alternative to a factorized plan is so much slower that more
-/// pixels are checked first.
+/// Multiple of the allowed error above which few pixels reject a plan. Few pixels may miss the bright pixels
+/// that dominate the power of an image; since the alternative to a factorized plan is much slower, more
+/// pixels are checked below this multiple.
 pub(super) const FAR: f64 = 2.0;
 pub(super) const AT_ONCE: f64 = 1.0;
 
@@ -137,7 +137,7 @@ pub(super) const AT_ONCE: f64 = 1.0;
 /// error included, or rejected where the error found is too large by a factor `too_far`.
 ///
 /// # Errors
-/// Those of `check`.
+/// The errors of `check`.
 pub(super) fn decided<O: Operator>(
     request: &Request,
     too_far: f64,

@@ -11,7 +11,7 @@ use serde::Serialize;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Engine {
-    /// The cheaper of the two by their cost models, planning and one run together.
+    /// The engine that is cheaper by the cost models, planning and one run together.
     #[default]
     Auto,
     /// Every pulse at every pixel, through range tables and SIMD.
@@ -45,7 +45,7 @@ pub struct PlanOptions {
     pub level: SimdLevel,
     /// Algorithm; chosen by cost by default.
     pub engine: Engine,
-    /// Most bytes that tables and image may take together; 64 GiB by default.
+    /// Limit on the bytes of tables and image together; 64 GiB by default.
     pub memory_limit_bytes: u128,
     /// Most random pixels of the self-check; 256 by default, at least 1. Large tasks check fewer.
     pub check_pixels: usize,
@@ -120,9 +120,8 @@ impl PlanOptions {
 pub struct SelfCheck {
     /// Pixels compared with the double-precision sum.
     pub pixels: usize,
-    /// Relative L2 error found on them.
+    /// Relative L2 error found on these pixels.
     pub error: f64,
-    /// That error plus twice its standard error by the number of pixels: the value by which a plan is
-    /// accepted.
+    /// The relative error plus twice its standard error: the value by which a plan is accepted.
     pub error_bound: f64,
 }

@@ -14,7 +14,8 @@ use crate::kernel::level::SimdLevel;
 use acerra_control::Control;
 use std::ops::Range;
 
-/// Segments must cost less than this share of the dearest of them for all pulses.
+/// Segments are used where their cost is below this share of the cost of the dearest segment's partition for
+/// all pulses.
 const WORTH_SEGMENTS: f64 = 0.9;
 
 /// Pulses, and how they are divided into sub-apertures.
@@ -23,8 +24,8 @@ pub(super) struct Partition {
     budget: FactorizedBudget,
 }
 
-/// Partitions that keep `accuracy`: of the whole aperture, or of segments where those cost less; `None`
-/// where coarse grids do not pay.
+/// Partitions that keep `accuracy`: one of the whole aperture, or one for each segment where segments cost
+/// less; `None` where coarse grids do not pay.
 ///
 /// # Errors
 /// Cancellation.
@@ -63,8 +64,9 @@ pub(super) fn partitions<O: Operator>(
     Ok(partition(0..pulses.len())?.map(|whole| vec![whole]))
 }
 
-/// Partitions of segments where there are several, each has one, and together they cost less than the dearest
-/// one applied to all: the partition of the whole aperture costs at most that.
+/// A partition for each of several segments; `None` where a segment has none, or where the segments together
+/// cost no less than the dearest partition applied to all pulses, which bounds the cost of the whole
+/// aperture's partition.
 fn several(
     segments: Vec<Range<usize>>,
     partition: &dyn Fn(Range<usize>) -> Result<Option<Partition>, ImagingError>,
@@ -82,7 +84,7 @@ fn several(
     Ok(found.filter(is_worth))
 }
 
-/// Mean costs a contribution of the factorized and of the direct engine.
+/// Mean cost of a contribution with the factorized and with the direct engine.
 pub(super) fn mean_costs(partitions: &[Partition]) -> [f64; 2] {
     let pulses: usize = partitions.iter().map(|p| p.pulses.len()).sum();
     let mean = |cost: &dyn Fn(&FactorizedBudget) -> f64| {
@@ -93,7 +95,7 @@ pub(super) fn mean_costs(partitions: &[Partition]) -> [f64; 2] {
 }
 
 impl Partition {
-    /// Requirements of an engine.
+    /// The segment for which an engine is built.
     pub fn segment(&self, request: &Request) -> Segment {
         let coarse = |plane: &TiltedGrid| self.budget.spec.table_grid(plane);
         Piece {
@@ -103,7 +105,7 @@ impl Partition {
         }
     }
 
-    /// Entry of a report.
+    /// The partition's entry in a report.
     pub fn choice(&self, level: SimdLevel) -> FactorizedChoice {
         let FactorizedBudget {
             spec,

@@ -10,14 +10,15 @@ use crate::pulses::{Pulses, Spreading};
 use crate::vector::range_m;
 use std::ops::Range;
 
-/// How echoes travel to pixels.
+/// Propagation paths between antennas and pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Propagation {
-    /// There and back along straight lines.
+    /// Straight lines both ways.
     Straight,
-    /// To level planes below level ground: for each pulse and plane a function of the distance.
+    /// Refraction into level ground, to level planes: for each pulse and plane the path is a function of the
+    /// distance.
     LevelGround,
-    /// By rays of each pixel of its own.
+    /// A separate ray for every pulse and pixel.
     Any,
 }
 
@@ -26,12 +27,12 @@ pub(crate) enum Propagation {
 pub(crate) struct Request<'a> {
     pub echoes: WeightedPulses<'a>,
     pub grid: ImageGrid<'a>,
-    /// Other planes that the same engine images: slices of a volume; none for a single image.
+    /// Further planes that the same engine images, the other slices of a volume; empty for a single image.
     pub slices: Vec<TiltedGrid>,
     pub options: PlanOptions,
     /// Share of the accuracy that the first plan aims at.
     pub aim: f64,
-    /// By how much the tables extend beyond the ranges of the pixels on either side, m.
+    /// Margin by which the tables extend beyond the ranges of the pixels on either side, m.
     pub reach_m: f64,
 }
 
@@ -55,7 +56,7 @@ impl<'a> Request<'a> {
             });
         }
         check_apart(&pulses, &grid, options)?;
-        // Without a pattern it does not matter where an antenna looks.
+        // Without an antenna pattern the boresight has no effect.
         let is_patterned = options.incidence.is_some_and(|w| w.cosine_power > 0.0);
         let pulses = match is_patterned {
             true => pulses,
@@ -72,7 +73,7 @@ impl<'a> Request<'a> {
         })
     }
 
-    /// The same with other planes, which the engine must be able to image as well.
+    /// This request with further planes, which the engine must be able to image too.
     ///
     /// # Errors
     /// An antenna exactly on a pixel (with 1/R²).
@@ -83,10 +84,10 @@ impl<'a> Request<'a> {
         Ok(Self { slices, ..self })
     }
 
-    /// Bounds of the ranges from some pulses that imaging looks up: on the grids that `of` makes of the
-    /// planes, or on the pixels themselves.
+    /// Least and greatest range (m) that imaging looks up for each of the pulses `which`, on the grid that
+    /// `of` derives from each plane of the request.
     ///
-    /// Where transmitter and receiver are apart, a range is half the way there and back.
+    /// For separate transmitter and receiver, a range is half the two-way path.
     pub fn ranges_m(
         &self,
         which: Range<usize>,
@@ -103,7 +104,7 @@ impl<'a> Request<'a> {
         ranges_m
     }
 
-    /// Bounds of the ranges from `position_m`.
+    /// Least and greatest range (m) from each of `position_m` to the grids that `of` derives.
     fn ranges_from_m(
         &self,
         position_m: &[[f64; 3]],
@@ -131,7 +132,7 @@ impl<'a> Request<'a> {
         ranges_m
     }
 
-    /// Bounds of half the optical lengths of echoes from each pulse to the pixels.
+    /// Bounds of half the two-way optical length from each pulse to the pixels, m.
     ///
     /// By Fermat's principle a ray is no longer than the straight line, of which the share d/(h + d) lies in ground
     /// over which an antenna hangs h high and pixels d deep, below all its relief.
@@ -155,7 +156,7 @@ impl<'a> Request<'a> {
                     .iter()
                     .map(|a| a[2] - highest)
                     .fold(f64::MAX, f64::min);
-                // Pixels are no deeper below the antenna than they are far.
+                // The depth of a pixel below the antenna is at most the pixel's range.
                 let depth_m = (highest - lowest) + (range[1] - height_m).max(0.0);
                 let share = depth_m / (depth_m + height_m.max(0.0)).max(f64::MIN_POSITIVE);
                 range[1] *= 1.0 + (ground.largest_index() - 1.0) * share.min(1.0);
@@ -164,13 +165,13 @@ impl<'a> Request<'a> {
         ranges_m
     }
 
-    /// How echoes travel to the pixels of the grid and of all slices.
+    /// Propagation model of the echoes of the grid and of all slices.
     pub fn propagation(&self) -> Propagation {
         let pulses = &self.echoes.pulses;
         if pulses.is_plain() {
             return Propagation::Straight;
         }
-        // Patterns count along the ways of both antennas.
+        // The pattern weights both paths.
         if pulses.is_bistatic() && self.options.incidence.is_some() {
             return Propagation::Any;
         }

@@ -18,7 +18,7 @@ pub(super) struct Sight {
 pub(super) struct Sample(Vec<Sight>);
 
 impl Sample {
-    /// For pulses and samples of a grid.
+    /// Draws pairs of a pulse and a sample of a grid.
     pub fn draw(pulses: &Pulses, grid: &TiltedGrid, terrain: Terrain) -> Self {
         let mut random = Random(0x9e37_79b9);
         Self(
@@ -47,8 +47,8 @@ impl Sample {
         (sum / self.0.len() as f64).sqrt()
     }
 
-    /// Root mean square by which the spreading of two ways, S²/(R_t R_r) at the ranges R_t and R_r of mean S, may differ
-    /// `away_m` from where it is taken, in shares of it.
+    /// Relative RMS error of the bistatic spreading S²/(R_t R_r), with ranges R_t and R_r of mean S, at
+    /// `away_m` from the place where the spreading is computed.
     ///
     /// With the antennas' half distance b and u along it from their middle, the spreading is 1/(1 − b²u²/S⁴), whose
     /// gradient is at most about 2 b²/S³.

@@ -68,7 +68,7 @@ pub struct TrialImages<'a> {
 /// The engine that trials share.
 #[derive(Debug)]
 enum Tables {
-    /// Serves any positions and pixels within the ranges from every antenna that it holds (m).
+    /// Serves any positions and pixels whose ranges lie within the bounds held for every antenna (m).
     Direct(Box<Direct>, Vec<[f64; 2]>),
     /// Serves the positions and pixels that it was made for.
     Factorized(Box<Factorized>),
@@ -91,8 +91,8 @@ impl<'a> TrialImages<'a> {
         Self::with_engine(echoes, grid, [reach_m, accuracy], Engine::Direct)
     }
 
-    /// As above for trials on these pixels from these positions, which differ in [`TrialImage::beyond_m`]
-    /// alone: large images use the factorized engine.
+    /// As [`TrialImages::new`], for trials on these pixels from these positions that differ in
+    /// [`TrialImage::beyond_m`] alone: large images use the factorized engine.
     ///
     /// # Errors
     /// As [`ImagingPlan::new`].
@@ -111,7 +111,7 @@ impl<'a> TrialImages<'a> {
         [reach_m, accuracy]: [f64; 2],
         engine: Engine,
     ) -> Result<Self, ImagingError> {
-        // Without 1/R², by which the nearest echoes would dominate.
+        // No 1/R², which would let the nearest echoes dominate.
         let options = PlanOptions::default()
             .with_accuracy(accuracy)
             .with_spreading(Spreading::None)
@@ -175,7 +175,7 @@ impl<'a> TrialImages<'a> {
         Ok(values)
     }
 
-    /// Whether the tables hold all that a trial looks up.
+    /// Whether the tables hold all ranges that a trial looks up.
     fn serve(&self, trial: &TrialImage) -> bool {
         match &self.tables {
             Tables::Direct(_, ranges_m) => {

@@ -18,11 +18,11 @@ use crate::resolution::equations::displacement_m;
 /// Resolution at the same place by the theory of a straight track, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Theory {
-    /// Eq. (6), with the angles that the flight really spans.
+    /// Along-track resolution: Eq. (6) with the angles that the flight spans.
     pub along_m: f64,
-    /// Eq. (8).
+    /// Range resolution: Eq. (8).
     pub range_m: f64,
-    /// Eq. (9), at the local height and offset.
+    /// Across-track resolution: Eq. (9) at the local height and offset.
     pub across_m: f64,
 }
 
@@ -31,19 +31,19 @@ pub struct Theory {
 pub struct Analysis {
     /// The point, m.
     pub target_m: [f64; 3],
-    /// Where Eq. (14) expects its image (x, y), m; `None` where the plane is too far below it.
+    /// Place (x, y) of the point's image by Eq. (14), m; `None` where the plane is too far below the point.
     pub expected_m: Option<[f64; 2]>,
-    /// Where its image peaks (x, y), m.
+    /// Place (x, y) of the image's peak, m.
     pub peak_m: [f64; 2],
     /// Amplitude of the peak, the sum of Eq. (5).
     pub amplitude: f64,
-    /// The track at its closest approach to the peak.
+    /// Straight-line approximation of the track at the closest approach to the peak.
     pub track: LocalTrack,
-    /// Expected resolution there, by which the cuts are sampled.
+    /// Expected resolution at the peak, which determines the sampling of the cuts.
     pub cell: Cell,
     /// Widths along the track.
     pub along: AlongTrack,
-    /// Widths across it.
+    /// Widths across the track.
     pub across: AcrossTrack,
     /// Highest sidelobe of the two cuts, dB.
     pub pslr_db: Option<f64>,
@@ -142,8 +142,8 @@ pub(crate) fn track_at(
     }
 }
 
-/// Eq. (14): where on the plane at `plane_z_m` the image of `target_m` is expected, on the target's
-/// own side of the track (on the left for a target under it). `None` when it is not seen there.
+/// Eq. (14): expected place of the image of `target_m` on the plane at `plane_z_m`, on the target's side of
+/// the track (on the left for a target under the track). `None` where the target is not seen on the plane.
 ///
 /// # Errors
 /// A target or plane that is not below the flight.

@@ -13,8 +13,8 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Eq. (6) with the angles that the flight really spans about `at_m`, and Eq. (9) with the
-    /// local track's height and offset.
+    /// The cell at `at_m`: Eq. (6) with the angles that the flight spans, and Eq. (9) with the local track's
+    /// height and offset.
     ///
     /// Along the track Eq. (6) gives c/(4 f_c sin θ) for views from −θ to θ; views from θ₁ to θ₂ give c/(2
     /// f_c (sin θ₂ − sin θ₁)). Neither distance exceeds the range itself, so that it is finite for a single

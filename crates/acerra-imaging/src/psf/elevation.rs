@@ -15,31 +15,30 @@ use crate::metrics::image::ImageView;
 /// Below this level relative to the strongest, a target counts as absent from the image, dB.
 pub const ABSENT_DB: f64 = -20.0;
 
-/// One target as an image on some plane shows it.
+/// The image of one target on a plane that need not contain the target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Retrieved {
-    /// Where the target is (x, y, z), m.
+    /// Place of the target (x, y, z), m.
     pub target_m: [f64; 3],
-    /// Where Eq. (14) expects its image on the plane (x, y), m; `None` where the plane lies too far
-    /// below the target to show it.
+    /// Place of the target's image on the plane (x, y) by Eq. (14), m; `None` where the plane lies too far
+    /// below the target.
     pub expected_m: Option<[f64; 2]>,
-    /// The maximum of its part of the image (x, y), m.
+    /// Place of the maximum in the target's strip of the image (x, y), m.
     pub found_m: [f64; 2],
     /// Level of that maximum below the strongest target's, dB.
     pub level_db: f64,
     /// Whether the level is above [`ABSENT_DB`].
     pub detected: bool,
-    /// Whether the image shows the target a second time, mirrored at the track (the mirror image is displaced
-    /// from it).
+    /// Whether the image also contains the target's mirror image on the other side of the track.
     pub mirrored: bool,
 }
 
 /// Half-width along the track of the strip in which a target's image is searched, m, unless another target is
-/// nearer than twice this.
+/// nearer than twice this width.
 const STRIP_M: f64 = 0.5;
 
-/// Images all of `target_m` at once on `grid` and finds the image of each: the maximum of the strip across
-/// the track at the target, on its own side where Eq. (14) displaces it.
+/// Finds the image of each of `target_m` in their common image on `grid`: the maximum in a strip across the
+/// track at the target, on the target's side of the track where Eq. (14) displaces the image.
 ///
 /// `image` is the image of the same targets on the same grid, as
 /// [`psf_image`](super::psf_image) gives it.

@@ -14,7 +14,7 @@ pub struct PsfField<'a> {
 }
 
 impl<'a> PsfField<'a> {
-    /// Images unit points at `target_m` on the plane at height `z_m`.
+    /// The image of unit points at `target_m` on the plane at height `z_m`.
     pub fn new(spread: &'a PointSpread, target_m: &'a [[f64; 3]], z_m: f64) -> Self {
         Self {
             spread,

@@ -2,8 +2,8 @@
 //!
 //! [`PointSpread`] evaluates the image of a point exactly, in double precision, at any place; the sum over
 //! evenly spaced frequencies has a closed form, so that a value costs one term per pulse. [`Analysis`]
-//! measures this image by the definitions of [`metrics`](crate::metrics), [`psf_image`] fills a grid,
-//! [`retrieve`] finds the images of several targets on a plane that need not hold the targets.
+//! measures this image by the definitions of [`metrics`](crate::metrics), [`psf_image`] fills a grid, and
+//! [`retrieve`] finds the images of several targets on a plane that need not contain them.
 
 pub(crate) mod analysis;
 pub(crate) mod cell;

@@ -9,7 +9,7 @@ use crate::kernel::level::SimdLevel;
 use crate::kernel::point_spread::{Band, Received, received, responses};
 use crate::pulses::Pulses;
 
-/// A flight, a band and weights: all parameters of the response to a point except the point.
+/// The point spread function of a flight, a band and pulse weights.
 ///
 /// ```
 /// use acerra_imaging::psf::PointSpread;
@@ -148,7 +148,7 @@ impl PointSpread {
     /// As [`Self::response`] for echoes received at `true_position_m` and focused with the places of this
     /// flight: the effect of a positioning error.
     ///
-    /// Only as many pulses enter as both have.
+    /// Pulses beyond the shorter of both lists are ignored.
     pub fn response_displaced(
         &self,
         true_position_m: &[[f64; 3]],
@@ -170,7 +170,7 @@ impl PointSpread {
         self.sums(echoes, at_m)[0]
     }
 
-    /// Range of a point from each pulse (m), and the pulse's weight over its square.
+    /// Range of a point from each pulse (m), and the pulse's weight over the square of the range.
     pub(crate) fn received(&self, target_m: [f64; 3]) -> (Vec<f64>, Vec<f64>) {
         let level = SimdLevel::detect();
         dispatch!(level, s => received(s, &self.position_m, &self.weight, target_m))

@@ -3,16 +3,16 @@
 use super::fresnel::transmission_te;
 use super::ray::MAX_LAYERS;
 
-/// Media along a ray, from the antenna down: their heights crossed and refractive indices.
+/// Media along a ray, from the antenna down: vertical extents and refractive indices.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stack {
     /// Height of the antenna above the surface, m, above 0.
     pub height_m: f64,
     /// Vertical extent of the ray in each layer of ground, m.
     pub depth_m: [f64; MAX_LAYERS],
-    /// Refractive index of each, at least 1.
+    /// Refractive index of each layer, at least 1.
     pub index: [f64; MAX_LAYERS],
-    /// Layers crossed, at least 1.
+    /// Number of layers crossed, at least 1.
     pub layers: usize,
 }
 
@@ -65,8 +65,9 @@ impl Stack {
 
     /// Slope tan θ in air of the ray that covers `distance_m`.
     ///
-    /// Newton's method on a function that rises and is concave, from a start at or below the root, stays below
-    /// it and converges. Its tangent at 0 and its asymptote bound the function from above, and so the root from below.
+    /// Newton's method on a function that rises and is concave, from a start at or below the root, stays
+    /// below it and converges. The function's tangent at 0 and its asymptote bound the function from above,
+    /// and so the root from below.
     pub fn slope(&self, distance_m: f64) -> f64 {
         let steep = self.media().map(|(d, n)| d / n).sum::<f64>() + self.height_m;
         let flat: f64 = self.media().map(|(d, n)| d / (n * n - 1.0).sqrt()).sum();

@@ -9,12 +9,6 @@ pub fn transmission_te(q1: f64, q2: f64) -> f64 {
     2.0 * q1 / (q1 + q2)
 }
 
-/// Transmission with the electric field in the plane of incidence (TM): 2 n₁cos θ₁ / (n₂cos θ₁ + n₁cos θ₂).
-#[must_use]
-pub fn transmission_tm([n1, n2]: [f64; 2], [q1, q2]: [f64; 2]) -> f64 {
-    2.0 * q1 / (n2 * q1 / n1 + n1 * q2 / n2)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -28,16 +22,8 @@ mod tests {
                 let t = transmission_te(q1, q2);
                 // Continuity: 1 + r = t; power flows n cos θ.
                 assert!((q1 * (1.0 - (t - 1.0).powi(2)) - q2 * t * t).abs() < 1e-12);
-                let t = transmission_tm([1.0, n2], [q1, q2]);
-                let r = n2 * t - 1.0;
-                assert!((q1 * (1.0 - r * r) - q2 * t * t).abs() < 1e-12);
             }
         }
-    }
-
-    #[test]
-    fn both_polarisations_agree_at_normal_incidence() {
         assert!((transmission_te(1.0, 2.0) - 2.0 / 3.0).abs() < 1e-15);
-        assert!((transmission_tm([1.0, 2.0], [1.0, 2.0]) - 2.0 / 3.0).abs() < 1e-15);
     }
 }

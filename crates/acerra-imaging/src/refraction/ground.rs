@@ -14,14 +14,14 @@ const LEAST_HEIGHT_M: f64 = 1e-3;
 /// A layer of soil, parallel to a level surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layer {
-    /// What it consists of.
+    /// Soil of the layer.
     pub soil: Soil,
-    /// Its thickness, m; infinite for the last layer.
+    /// Thickness of the layer, m; infinite for the last layer.
     pub thickness_m: f64,
 }
 
 impl Layer {
-    /// The last layer, without end.
+    /// A last layer of infinite thickness.
     #[must_use]
     pub fn below_all(soil: Soil) -> Self {
         Self {
@@ -34,12 +34,12 @@ impl Layer {
 /// The surface of the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Surface {
-    /// Level, at a height.
+    /// A level surface.
     Level {
-        /// Its height, m.
+        /// Height of the surface, m.
         z_m: f64,
     },
-    /// Uneven.
+    /// An uneven surface.
     Relief(Relief),
 }
 
@@ -131,13 +131,13 @@ impl Ground {
         })
     }
 
-    /// Its surface.
+    /// The surface of the ground.
     #[must_use]
     pub fn surface(&self) -> &Surface {
         &self.surface
     }
 
-    /// Its layers, from the top.
+    /// The layers of soil, from the top.
     #[must_use]
     pub fn layers(&self) -> &[Layer] {
         &self.layers
@@ -149,7 +149,7 @@ impl Ground {
         self.ray_frequency_hz
     }
 
-    /// The height of a level surface, m.
+    /// Height of a level surface, m; `None` for an uneven one.
     #[must_use]
     pub fn level_m(&self) -> Option<f64> {
         match self.surface {
@@ -176,7 +176,7 @@ impl Ground {
         self.surface.height_m([point_m[0], point_m[1]]) - point_m[2]
     }
 
-    /// Refuses an antenna that does not hang above the surface.
+    /// Refuses an antenna that is not above the surface.
     pub(crate) fn check_antenna(&self, antenna_m: [f64; 3]) -> Result<(), ImagingError> {
         let found = -self.depth_m(antenna_m);
         if found >= LEAST_HEIGHT_M {
@@ -234,7 +234,7 @@ impl Ground {
             optical_m: ray.optical_m,
             soil_m: ray.soil_m,
             departure: [along[0] * sine_per_m, along[1] * sine_per_m, -ray.cosine],
-            // The horizontal part is that in air, by Snell's law.
+            // The horizontal part is the same as in air, by Snell's law.
             gradient: [
                 along[0] * sine_per_m,
                 along[1] * sine_per_m,

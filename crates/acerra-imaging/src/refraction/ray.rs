@@ -1,8 +1,8 @@
-//! A ray and what it passes.
+//! A ray and its lengths in the media.
 
 use crate::vector::range_m;
 
-/// Most layers of a ground.
+/// Largest number of layers of a ground.
 pub const MAX_LAYERS: usize = 8;
 
 /// A ray from an antenna to a point.
@@ -12,10 +12,10 @@ pub struct Ray {
     pub optical_m: f64,
     /// Length within each layer of ground, m; 0 where the ray stays in air.
     pub soil_m: [f64; MAX_LAYERS],
-    /// Unit vector in which the ray leaves the antenna.
+    /// Unit vector of the ray's direction at the antenna.
     pub departure: [f64; 3],
-    /// Gradient of the optical length by the place of the point: the refractive index there times the unit vector in
-    /// which the ray arrives (Fermat's principle).
+    /// Gradient of the optical length with respect to the point: the refractive index at the point times the
+    /// unit vector of the ray's direction there (Fermat's principle).
     pub gradient: [f64; 3],
     /// One-way amplitude at the point by transmission and spreading, without absorption, 1/m: 1/R in air.
     pub amplitude: f64,

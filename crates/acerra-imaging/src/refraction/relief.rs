@@ -34,12 +34,12 @@ const STARTS: usize = 25;
 /// a ray at the critical angle of level ground, with a margin for slopes.
 const REACH_DEPTHS: f64 = 4.0;
 const CRITICAL_ROOM: f64 = 2.0;
-/// Share of that reach by which the samples extend beyond the point, and beyond the antenna.
+/// Share of the reach by which the samples extend beyond the point, and beyond the antenna.
 const BEYOND: f64 = 0.25;
 /// Number of the earliest local minima among the samples that are refined.
 const REFINED: usize = 3;
-/// The gain by refining a minimum is assumed to be at most this multiple of the gain that the first step
-/// promises.
+/// The gain by refining a minimum is assumed to be at most this multiple of the gain predicted for the first
+/// step.
 const GAIN_ROOM: f64 = 4.0;
 /// Steps of a search, and halvings of a step that leads to a later crossing.
 const MOST_STEPS: usize = 40;
@@ -82,7 +82,7 @@ impl Relief {
         })
     }
 
-    /// Bounds of its heights, m.
+    /// Bounds of the surface's heights, m.
     #[must_use]
     pub fn span_m(&self) -> [f64; 2] {
         self.span_m
@@ -137,7 +137,7 @@ impl Relief {
             }
             (node, weights)
         });
-        // Of every row the height and its derivatives along x.
+        // Height of every row, and derivatives of the height along x.
         let patch = self.patch([column, row]);
         let mut of_rows = [[0.0; 4]; 3];
         for (order, weights) in across.iter().enumerate() {
@@ -289,7 +289,7 @@ impl Search<'_> {
         };
         let (antenna_m, point_m) = (self.antenna_m[2], self.point_m[2]);
         let (a, b, up_m, down_m) = lengths_m(antenna_m - lowest_m, lowest_m - point_m);
-        // Convex in the height: where it rises at the lowest height, it is least there.
+        // The bound is convex in the height: if it rises at the lowest height, it is least there.
         if point_m <= lowest_m && self.n * down_m * a >= up_m * b {
             return a + self.n * b;
         }
@@ -297,7 +297,7 @@ impl Search<'_> {
         a + self.n * b
     }
 
-    /// From the antenna to a crossing point, and from there to the point.
+    /// Vectors from the antenna to a crossing point, and from the crossing to the point.
     #[inline]
     fn legs(&self, [x, y, z]: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let ([a, b, c], [p, q, r]) = (self.antenna_m, self.point_m);
@@ -329,8 +329,8 @@ impl Search<'_> {
         (place, length)
     }
 
-    /// Newton's step down the optical length, steepest descent where that is not convex, and the gain that it
-    /// promises (m).
+    /// Newton's step towards a smaller optical length (steepest descent where the length is not convex), and
+    /// the gain predicted for the step (m).
     fn newton_step(&self, place: [f64; 2]) -> ([f64; 2], f64) {
         let facet = self.relief.at(place);
         let (down, on) = self.legs([place[0], place[1], facet.height_m]);
@@ -445,7 +445,7 @@ mod tests {
         }
     }
 
-    /// Against a dense search over the surface: no crossing is earlier than the one found.
+    /// A dense search over the surface finds no crossing earlier than the ray's.
     #[test]
     fn no_crossing_of_uneven_ground_is_earlier() {
         let reliefs = [0.7, 0.35].map(|length_m| waves(0.03, length_m));

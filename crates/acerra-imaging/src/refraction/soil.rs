@@ -33,11 +33,11 @@ impl Soil {
     #[must_use]
     pub fn refractive_index(&self, frequency_hz: f64) -> Complex64 {
         let loss = self.conductivity_s_m / (2.0 * PI * frequency_hz * VACUUM_PERMITTIVITY_F_M);
-        // The principal root of a number with negative imaginary part has one as well.
+        // The principal root of a number with a negative imaginary part has a negative imaginary part.
         Complex64::new(self.relative_permittivity, -loss).sqrt()
     }
 
-    /// This soil, if rays in it are no faster than in air.
+    /// This soil, if the wave speed in the soil does not exceed the speed in air.
     pub(crate) fn checked(self) -> Result<Self, ImagingError> {
         if !(1.0..=100.0).contains(&self.relative_permittivity) {
             return Err(ImagingError::OutOfRange {
@@ -61,7 +61,8 @@ impl Soil {
 mod tests {
     use super::*;
 
-    /// Two-way loss of 10 cm by independent figures: 36 dB at 4 GHz for ε = 9 − 1.5j, 3.6 dB for 4 − 0.1j.
+    /// Two-way loss over 10 cm from independent figures: 36 dB at 4 GHz for ε = 9 − 1.5j, 3.6 dB for 4 −
+    /// 0.1j.
     #[test]
     fn losses_are_those_of_known_soils() {
         let loss_db = |re: f64, im: f64, hz: f64| {

@@ -2,10 +2,10 @@
 
 use crate::vector::{dot, norm};
 
-/// Resolution in elevation of a target at `target_m` seen from all of `position_m`, m: λR/2D, D being
-/// the lesser extent of the aperture across the line of sight from its mean, at range R (that of an
-/// even spread with the variance found). Infinite for a straight track, which cannot determine height
-/// from distance across.
+/// Resolution in elevation of a target at `target_m` seen from all of `position_m`, m: λR/2D, D being the
+/// lesser extent of the aperture across the line of sight from its mean, at range R (the extent of a uniform
+/// distribution with the variance of the positions). Infinite for a straight track, which cannot determine
+/// height from distance across.
 ///
 /// ```
 /// use acerra_imaging::resolution::elevation_m;

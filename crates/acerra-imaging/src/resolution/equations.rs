@@ -90,8 +90,8 @@ pub fn range_m(bandwidth_hz: f64, light_speed_m_s: f64) -> Result<f64, ImagingEr
 /// Eq. (9): across-track resolution √(d² + Δr² + 2Δr√(h² + d²)) − d, m: where the shell one range
 /// resolution beyond the target cuts the image plane.
 ///
-/// It is the outer half of the lobe of a straight track, single look; the inner half is longer
-/// (see Table 1's evaluated columns). It presumes Δr well below the range.
+/// Eq. (9) is the outer half of the lobe of a straight track, single look; the inner half is longer (see
+/// Table 1's evaluated columns). Eq. (9) presumes Δr well below the range.
 ///
 /// # Errors
 /// A range resolution or height that is not positive, a negative offset.
@@ -111,11 +111,11 @@ pub fn across_track_m(
     check_positive("range_resolution_m", "above 0 m", range_resolution_m)?;
     let target_range_m = Aperture::new(height_m, offset_m)?.range_m();
     let beyond = range_resolution_m * (range_resolution_m + 2.0 * target_range_m);
-    // √(d² + q) − d without the cancellation at large d.
+    // √(d² + q) − d without cancellation at large d.
     Ok(beyond / ((offset_m * offset_m + beyond).sqrt() + offset_m))
 }
 
-/// Eq. (10): Eq. (9) at nadir, Δr √(1 + 2h/Δr), m. It is also the upper bound of Eq. (12).
+/// Eq. (10): Eq. (9) at nadir, Δr √(1 + 2h/Δr), m; also the upper bound of Eq. (12).
 ///
 /// # Errors
 /// As [`across_track_m`].
@@ -177,7 +177,7 @@ pub fn displacement_m(
 /// The longest distance between pulses, m, that keeps the phase between neighbours unambiguous for
 /// every direction within the view: λ_min/(4 sin θ).
 ///
-/// Beyond it grating lobes appear, spread out by the band but not removed.
+/// Longer distances cause grating lobes, which the band spreads out but does not remove.
 ///
 /// # Errors
 /// A frequency or speed that is not positive, an angle outside (0, π/2].

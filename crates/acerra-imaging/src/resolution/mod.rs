@@ -1,7 +1,8 @@
 //! Theoretical resolution of a straight track: Eqs. (6)–(12) and (14) of Catapano et al. (2020).
 //!
 //! Each equation is a function with its range of validity; [`Prediction`] evaluates the equations for one
-//! geometry and lists, as [`Caveat`]s, those outside their range. [`elevation_m`] is for several tracks.
+//! geometry and lists the equations used outside their range as [`Caveat`]s. [`elevation_m`] covers several
+//! tracks.
 
 pub(crate) mod elevation;
 pub(crate) mod equations;

@@ -29,11 +29,11 @@ pub struct Prediction {
     pub half_view_rad: Option<f64>,
     /// Longest distance between pulses without grating lobes; `None` without an aperture.
     pub longest_step_m: Option<f64>,
-    /// Where these forms leave the range in which they hold.
+    /// The equations used outside their range of validity.
     pub caveats: Vec<Caveat>,
 }
 
-/// A closed form used outside the range in which it holds.
+/// An equation used outside its range of validity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 #[non_exhaustive]
@@ -43,7 +43,7 @@ pub enum Caveat {
         /// Half view, rad.
         half_view_rad: f64,
     },
-    /// The range resolution is more than half of the range: the shell picture behind Eq. (9) ends.
+    /// The range resolution is more than half of the range: the derivation of Eq. (9) no longer holds.
     CoarseRange {
         /// Range resolution over range.
         ratio: f64,
@@ -53,8 +53,8 @@ pub enum Caveat {
         /// Bandwidth over centre frequency.
         ratio: f64,
     },
-    /// The target is nearer to the track than its resolution: the lobe spans the track and swallows
-    /// the ghost, so that Eq. (9) is the half of a spot common to both.
+    /// The target is nearer to the track than its resolution: the lobe spans the track and includes the
+    /// ghost, so that Eq. (9) is half of the width of their common spot.
     UnderTrack {
         /// Offset over across-track resolution.
         ratio: f64,

@@ -20,11 +20,11 @@ const BAND_NODES: [[f64; 2]; 6] = [
     [0.932_469_514_203_152, 0.171_324_492_379_170],
 ];
 
-/// More pulses than this are thinned for the theory's double sums; the power of their speckle is
-/// put right.
+/// More pulses than this are thinned for the theory's double sums; the power of their speckle is corrected by
+/// [`View::speckle_scale`].
 const MOST_PULSES: usize = 700;
 
-/// The pulses that enter the theory, and how they see the target.
+/// The pulses that enter the theory, with their lines of sight to the target.
 pub(super) struct View {
     /// Indices of the pulses.
     pub pulse: Vec<usize>,
@@ -38,10 +38,10 @@ pub(super) struct View {
     pub wavenumber: Vec<[f64; 2]>,
     pub track: LocalTrack,
     pub cell: Cell,
-    /// Whether the across-track place of the peak is determined to first order: not for a target
-    /// that the track passes over, where range does not change across.
+    /// Whether the across-track place of the peak is determined to first order: false for a target under the
+    /// track, where the range does not change across the track.
     pub across_known: bool,
-    /// Σ share² of all pulses over that of the pulses kept.
+    /// Σ share² of all pulses over Σ share² of the pulses kept.
     pub speckle_scale: f64,
 }
 
@@ -138,8 +138,8 @@ impl View {
 
     /// The linear map from range errors to the shift of the peak (along, across), `[2, pulses]`.
     ///
-    /// The peak goes where the phases k(g·Δ − ε) of all pulses and frequencies agree best: least
-    /// squares of their variance, which is k̄² Var(g·Δ − ε) + Var(k) E[(g·Δ − ε)²] over pulses.
+    /// The peak moves to the place where the phases k(g·Δ − ε) of all pulses and frequencies agree best:
+    /// least squares of their variance, which is k̄² Var(g·Δ − ε) + Var(k) E[(g·Δ − ε)²] over pulses.
     pub fn shift_map(&self) -> [Vec<f64>; 2] {
         let moment = |p: i32| -> f64 { self.wavenumber.iter().map(|[k, v]| v * k.powi(p)).sum() };
         let (mean2, variance) = (moment(1).powi(2), moment(2) - moment(1).powi(2));

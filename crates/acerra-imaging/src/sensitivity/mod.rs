@@ -1,7 +1,7 @@
-//! How positioning errors blur an image: loss of peak, shift and widening.
+//! Blur of an image by positioning errors: loss of peak, shift and widening.
 //!
-//! [`predict`] computes this effect by theory, [`simulate`] by Monte Carlo with confidence intervals, for
-//! errors that are independent at every pulse, drift slowly, or both ([`ErrorModel`]).
+//! [`predict`] computes the blur by theory, [`simulate`] by Monte Carlo with confidence intervals, for errors
+//! that are independent at every pulse, drift slowly, or both ([`ErrorModel`]).
 //!
 //! | figure | by theory | given |
 //! | --- | --- | --- |

@@ -143,7 +143,7 @@ mod tests {
     use super::super::normal::Normal;
     use super::*;
 
-    /// Draws have the covariance that the theory is given.
+    /// Draws have the covariance that the theory uses.
     #[test]
     fn draws_have_the_stated_covariance() {
         let place = vec![0.0, 0.1, 0.5, 2.0];

@@ -48,7 +48,7 @@ pub struct Simulated {
     pub shift_along_m: Estimate,
     /// Standard deviation of the peak's shift across the track, m.
     pub shift_across_m: Estimate,
-    /// −3 dB width along the track of the mean power over the ideal one's.
+    /// −3 dB width along the track of the mean power, over the width of the ideal image.
     pub widening_along: Option<Estimate>,
     /// The widening across the track.
     pub widening_across: Option<Estimate>,
@@ -58,7 +58,7 @@ pub struct Simulated {
 const NORMAL_95: f64 = 1.959_964;
 /// Widths are estimated from this many batches of trials.
 const BATCHES: usize = 20;
-/// Two-sided 95 % point of Student's t with one degree of freedom less than batches.
+/// Two-sided 95 % point of Student's t with [`BATCHES`] − 1 degrees of freedom.
 const STUDENT_95: f64 = 2.093_024;
 
 /// Number of draws and their seed.
@@ -70,7 +70,7 @@ pub struct MonteCarlo {
     pub seed: u64,
 }
 
-/// Draws the errors `draws.trials` times, images the point with each and measures.
+/// Draws the errors `draws.trials` times, and measures the image of the point with each draw.
 ///
 /// The peak is the maximum reached from the place to which the least-squares shift of that draw moves
 /// it, and the cuts for the widths run through that place.
@@ -243,7 +243,7 @@ fn mean_db(power: impl Iterator<Item = f64>) -> Estimate {
     }
 }
 
-/// Root mean square; its interval from the scatter of the squares, so that heavy tails count.
+/// Root mean square, with an interval from the scatter of the squares, so that heavy tails count.
 fn deviation(values: impl Iterator<Item = f64>) -> Estimate {
     let (mean, error) = mean_and_error(&values.map(|v| v * v).collect::<Vec<_>>());
     let root = |v: f64| v.max(0.0).sqrt();
@@ -254,7 +254,7 @@ fn deviation(values: impl Iterator<Item = f64>) -> Estimate {
     }
 }
 
-/// Width of the mean power of all trials over the ideal one; the interval from batches.
+/// Width of the mean power of all trials over the width of the ideal image, with an interval from batches.
 fn widening(drawn: &[Trial], ideal: &Trial, axis: usize) -> Option<Estimate> {
     let range = axis * CUT_POINTS..(axis + 1) * CUT_POINTS;
     let reference = half_power_width(&ideal.cut[range.clone()])?;
@@ -284,7 +284,7 @@ mod tests {
     use super::*;
     use crate::psf::{TrackShape, synthetic_track};
 
-    /// Small known errors move the peak where the least-squares map says.
+    /// Small known errors move the peak as the least-squares map predicts.
     #[test]
     fn the_shift_map_is_the_peaks_motion() {
         let track = synthetic_track(TrackShape::Straight, 3.0, 0.03, 5.0).unwrap();

@@ -12,7 +12,7 @@ pub(super) struct Nodes<'a> {
     share: Vec<f64>,
 }
 
-/// How a peak moves with the sines of its terms' phase errors, and how sharp it is.
+/// Linear map from the sines of the terms' phase errors to the peak's shift, and the curvature of the peak.
 pub(super) struct ShiftFunctional {
     /// Shift (along, across) per unit of sin θ, one pair a node.
     per_sine: Vec<[f64; 2]>,
@@ -24,7 +24,7 @@ pub(super) struct ShiftFunctional {
 pub(super) struct Sums {
     /// Expected power at the place itself; 1 without errors.
     pub power: f64,
-    /// Covariance of the shift that speckle makes, m².
+    /// Covariance of the shift by speckle, m².
     pub shift: [[f64; 2]; 2],
     /// Expected power at the points of the cuts.
     pub cut: Vec<f64>,
@@ -82,9 +82,9 @@ impl<'a> Nodes<'a> {
             .collect()
     }
 
-    /// Where the gradient of |P|² vanishes, to first order in the fluctuation of P about its mean:
-    /// Δ = (−Hessian of the mean power)⁻¹ · 2 Σ share (S₀ k g − S₁) sin θ, with S₀ = Σ share ρ and
-    /// S₁ = Σ share ρ k g over nodes of mean amplitude ρ.
+    /// The zero of the gradient of |P|², to first order in the fluctuation of P about its mean: Δ = (−Hessian
+    /// of the mean power)⁻¹ · 2 Σ share (S₀ k g − S₁) sin θ, with S₀ = Σ share ρ and S₁ = Σ share ρ k g over
+    /// nodes of mean amplitude ρ.
     pub fn shift_functional(&self, c: &[f64]) -> Option<ShiftFunctional> {
         let slope = |a: usize| self.view.gradient[self.pulse[a]].map(|g| self.wavenumber[a] * g);
         let (mut s0, mut s1, mut s2) = (0.0, [0.0; 2], [[0.0; 2]; 2]);
@@ -117,8 +117,8 @@ impl<'a> Nodes<'a> {
 
     /// Covariance of the linear shift Hε with the shift by speckle, one value an axis.
     ///
-    /// `residual` is the covariance of ε − GHε, `linear` that of Hε;
-    /// E[x sin θ] = Cov(x, θ) e^{−σ²/2} for Gaussian x and θ.
+    /// `residual` is the covariance of ε − GHε, `linear` the covariance of Hε; E[x sin θ] = Cov(x, θ)
+    /// e^{−σ²/2} for Gaussian x and θ.
     pub fn cross(
         &self,
         c: &[f64],
@@ -183,7 +183,7 @@ impl<'a> Nodes<'a> {
             .into_par_iter()
             .map(|a| {
                 let mut sum = empty();
-                // Pairs count for both of their orders.
+                // Each pair counts twice, once for either order.
                 for b in 0..=a {
                     let same = self.pulse[a] == self.pulse[b];
                     let twice = if a == b { 1.0 } else { 2.0 };

@@ -11,14 +11,15 @@ use super::nodes::Nodes;
 use crate::error::ImagingError;
 use crate::psf::spread::PointSpread;
 
-/// What theory expects.
+/// Expected blur of a point's image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Blur {
     /// Loss of power at the target's true place, dB. Exact for any size of error.
     pub loss_at_target_db: f64,
     /// Coherent power of the shifted peak over the power of the speckle that the errors spread, dB.
     pub coherence_db: f64,
-    /// Whether a peak is clear, by the criterion of the [module](super); the figures below need one.
+    /// Whether the peak is clear, by the criterion of the [module](super); the figures below require a clear
+    /// peak.
     pub focused: bool,
     /// Loss of power at the peak, wherever it has shifted to, dB.
     pub peak_loss_db: Option<f64>,
@@ -28,7 +29,8 @@ pub struct Blur {
     /// Standard deviation of the peak's shift across the track, m; `None` also for a target under
     /// the track, where range does not change across.
     pub shift_across_m: Option<f64>,
-    /// −3 dB width along the track of the mean power about the shifted place over the ideal one's.
+    /// −3 dB width along the track of the mean power about the shifted place, over the width of the ideal
+    /// image.
     pub widening_along: Option<f64>,
     /// The widening across the track.
     pub widening_across: Option<f64>,

@@ -16,7 +16,7 @@ use num_complex::{Complex32, Complex64};
 use std::fmt;
 use std::ops::Range;
 
-/// Number of plans for the same slices that fail before each slice is planned separately.
+/// Number of failed plans for a group of slices after which each slice is planned separately.
 const MOST_FAILURES: usize = 3;
 
 /// Least pixels of the self-check of a separately planned slice: the slices share the pixels of a plane's
@@ -131,7 +131,7 @@ impl<'a> ForwardVolume<'a> {
     /// more than once where pulses are taken in batches. The same bits come from any number of threads.
     ///
     /// # Errors
-    /// Spectra of another length than the pulses'; cancellation, after which they are incomplete.
+    /// Spectra of another length than the pulses'; cancellation, after which the spectra are incomplete.
     pub fn run(
         &self,
         mut give: impl FnMut(usize, &mut [Complex32]),
@@ -176,7 +176,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// A plan that keeps the accuracy for all of some slices, if there is one.
+/// A plan that keeps the accuracy for all of `slices`; `None` where none is found.
 fn together<'a>(
     volume: &VolumeGrid,
     slices: Range<usize>,

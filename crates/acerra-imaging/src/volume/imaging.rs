@@ -28,7 +28,7 @@ pub struct VolumeRun {
     pub plans: Vec<Range<usize>>,
 }
 
-/// Least pixels of a slice's self-check where each is planned by itself.
+/// Least number of pixels of a slice's self-check where every slice is planned separately.
 const LEAST_CHECK: usize = 32;
 
 /// Images slice after slice and calls `take` (index, grid, `[ny, nx]` image) for each; the same memory serves

@@ -44,14 +44,14 @@ pub struct Positions {
     taken: u64,
 }
 
-/// Where the radar was.
+/// Position of the radar.
 #[derive(Debug)]
 enum Way {
     /// Path of the radar.
     OfRadar(Trajectory),
     /// Path with the vertical part of the lever arm alone: the heading is unknown before the platform has moved.
     WithoutHeading(Trajectory),
-    /// None.
+    /// No position source.
     None,
 }
 
@@ -151,7 +151,7 @@ impl Positions {
         self.needed_from_s = time.and_then(since);
     }
 
-    /// Where the radar was.
+    /// Position of the radar.
     pub fn at(&mut self, time: GpsTime) -> Placed {
         let (Some(start), Some(latest)) = (self.start, self.fixes.back()) else {
             return Placed::Waiting;

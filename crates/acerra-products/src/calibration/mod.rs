@@ -25,11 +25,11 @@ pub use record::CalibrationRecord;
 /// A campaign file as it was read.
 #[derive(Clone, Debug)]
 pub struct CampaignFile {
-    /// Where it lies.
+    /// Path.
     pub path: PathBuf,
-    /// Its text.
+    /// Text.
     text: String,
-    /// Its content, with paths resolved.
+    /// Content, with paths resolved.
     pub campaign: Campaign,
 }
 

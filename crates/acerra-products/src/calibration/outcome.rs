@@ -1,4 +1,4 @@
-//! What a calibration found.
+//! Result of a calibration.
 
 use acerra_chain::calibrate::Calibrated;
 use acerra_chain::campaign::Campaign;
@@ -8,11 +8,11 @@ use super::keys;
 /// A campaign's calibration.
 #[derive(Clone, Debug)]
 pub struct CalibrationOutcome {
-    /// What the campaign said.
+    /// The campaign's settings.
     pub campaign: Campaign,
-    /// What was found.
+    /// Text found.
     pub calibrated: Calibrated,
-    /// What is doubtful.
+    /// Doubts about the calibration.
     pub warnings: Vec<String>,
 }
 

@@ -14,22 +14,22 @@ pub struct CalibrationRecord {
     pub estimates: Vec<EstimateRecord>,
     /// Names of the unknowns that were estimated, in the order of `correlation`.
     pub estimated: Vec<String>,
-    /// Their correlation matrix.
+    /// Correlation matrix.
     pub correlation: Vec<Vec<f64>>,
     /// Combinations that the geometry cannot determine.
     pub not_observable: Vec<DirectionRecord>,
     /// Dependence of the estimates on held unknowns.
     pub sensitivity: Vec<SensitivityRecord>,
-    /// How the reflectors fit.
+    /// Fit of the reflectors.
     pub reflectors: Vec<ReflectorRecord>,
-    /// What is doubtful.
+    /// Doubts about the calibration.
     pub warnings: Vec<String>,
 }
 
-/// One unknown.
+/// Estimate of an unknown.
 #[derive(Clone, Debug, Serialize)]
 pub struct EstimateRecord {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Unit of the numbers.
     pub unit: &'static str,
@@ -52,23 +52,23 @@ pub struct DirectionRecord {
     pub sigma: f64,
 }
 
-/// One unknown's part of a direction.
+/// Component of a direction along one unknown.
 #[derive(Clone, Debug, Serialize)]
 pub struct ComponentRecord {
     /// The unknown.
     pub name: String,
-    /// Its change.
+    /// Change.
     pub change: f64,
     /// Unit of it.
     pub unit: &'static str,
 }
 
-/// How an estimate follows an unknown that is held.
+/// Change of an estimate by the value of an unknown that is held.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensitivityRecord {
     /// The estimate.
     pub of: String,
-    /// What is held.
+    /// Quantity held.
     pub to: String,
     /// Change of the one per change of the other.
     pub slope: f64,
@@ -76,10 +76,10 @@ pub struct SensitivityRecord {
     pub unit: String,
 }
 
-/// How a reflector fits.
+/// Fit of a reflector.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReflectorRecord {
-    /// Its place.
+    /// Place.
     pub position_m: [f64; 3],
     /// Echoes found.
     pub echoes: usize,

@@ -6,7 +6,7 @@ use num_complex::Complex32;
 
 use super::table::Table;
 
-/// What a run holds.
+/// Contents of a run.
 pub(super) struct RunContents<'a> {
     /// Name of the campaign.
     pub name: String,

@@ -9,7 +9,7 @@ use super::{directory, stacks::Stacks, write_arrays};
 use crate::names::of_older_run;
 use crate::staging::Staging;
 
-/// Why a run cannot be converted.
+/// Reason why a run cannot be converted.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConvertError {

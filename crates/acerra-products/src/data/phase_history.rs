@@ -16,7 +16,7 @@ use crate::staging::Staging;
 
 pub(super) const NAME: &str = "spectra.cphd";
 
-/// Why a run has no phase history data; none where it has.
+/// Reason why a run has no phase history data; none where it has such data.
 pub(super) fn why_none(outcome: &Outcome) -> Option<&'static str> {
     parts(outcome).err()
 }

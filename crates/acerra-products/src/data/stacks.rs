@@ -25,7 +25,7 @@ pub(super) struct Stack {
 }
 
 impl Stacks {
-    /// Those in `folder`.
+    /// The stacks in `folder`.
     pub fn of(folder: &Path) -> Self {
         let stack = |array: &'static str| {
             let path = folder.join(format!("{array}.npz"));

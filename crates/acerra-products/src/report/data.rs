@@ -30,13 +30,13 @@ pub struct ReportData {
     pub notes: Vec<String>,
     /// The focused image.
     pub image: Option<Picture>,
-    /// How the scene was solved for, where the image is not the adjoint.
+    /// Solution for the scene, where the image is not the adjoint.
     pub inversion: Option<InversionRecord>,
     /// Targets, strongest first, numbered from 1 in this order.
     pub targets: Vec<TargetRow>,
     /// Surveyed points, and the target nearest to each.
     pub surveyed: Vec<SurveyRecord>,
-    /// How to read the places of the targets, one paragraph each.
+    /// Explanations of the places of the targets, one paragraph each.
     pub remarks: Vec<String>,
     /// The radargram as recorded.
     pub radargram_raw: Option<Picture>,
@@ -48,7 +48,7 @@ pub struct ReportData {
     pub tracks: Vec<TrackEvidence>,
     /// Results of the automatic choices: offsets, counts.
     pub choices: Vec<Fact>,
-    /// How the image was computed, a line for each part of the plan.
+    /// Computation of the image, a line for each part of the plan.
     pub plan: Vec<Fact>,
     /// Input files.
     pub inputs: Vec<InputFile>,
@@ -61,7 +61,7 @@ pub struct ReportData {
 /// One independent finding about a run: value, expected value, and conclusion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EvidenceRow {
-    /// What was looked at.
+    /// Quantity examined.
     pub name: String,
     /// The value found; none where it is not a number.
     pub value: Option<f64>,
@@ -71,9 +71,9 @@ pub struct EvidenceRow {
     pub sigma: Option<f64>,
     /// Unit of all three; may be empty.
     pub unit: String,
-    /// What follows.
+    /// Conclusion.
     pub verdict: Verdict,
-    /// How the value was found, and the remedy where it does not agree.
+    /// Derivation of the value, and the remedy where the value does not agree.
     pub explanation: String,
 }
 
@@ -90,7 +90,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Its word in `run.json`.
+    /// Word of the verdict in `run.json`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -110,7 +110,7 @@ impl fmt::Display for Verdict {
 /// A named value with its unit, and a note on how to read it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fact {
-    /// What it is.
+    /// Value found.
     pub name: String,
     /// The value as shown, with its unit.
     pub value: String,
@@ -129,7 +129,7 @@ impl Fact {
         }
     }
 
-    /// The same fact with a remark.
+    /// This fact with a remark.
     #[must_use]
     pub fn note(self, note: impl Into<String>) -> Self {
         Self {
@@ -151,7 +151,7 @@ pub struct Picture {
     pub narrow_svg: String,
     /// Description for readers who cannot see the figure.
     pub alt: String,
-    /// How to read it, under the picture.
+    /// Explanation under the picture.
     pub caption: String,
 }
 
@@ -261,11 +261,11 @@ pub struct Cut {
 /// Results for one track.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrackEvidence {
-    /// Its name; empty where the campaign has only one.
+    /// Name; empty where the campaign has only one.
     pub name: String,
     /// The trajectory at the traces.
     pub trajectory: Option<TrajectoryEvidence>,
-    /// How the time offset between radar and trajectory was found.
+    /// Search of the time offset between radar and trajectory.
     pub alignment: Option<AlignmentEvidence>,
     /// The surface echo against the height.
     pub surface: Option<SurfaceEvidence>,
@@ -288,7 +288,7 @@ pub struct TrajectoryEvidence {
     pub used_s: Option<[f64; 2]>,
 }
 
-/// How the time offset was found: the agreement tried over offsets.
+/// Search of the time offset: the agreement over the offsets tried.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlignmentEvidence {
     /// Offsets tried, in seconds.
@@ -297,7 +297,7 @@ pub struct AlignmentEvidence {
     pub score: Vec<f64>,
     /// The offset taken, in seconds.
     pub chosen_s: f64,
-    /// What the score is.
+    /// Meaning of the score.
     pub score_name: String,
     /// Confidence of the choice, in words and numbers.
     pub remark: String,
@@ -315,6 +315,6 @@ pub struct SurfaceEvidence {
     pub height_m: Vec<f64>,
     /// The shift applied to fast time, in nanoseconds.
     pub shift_ns: f64,
-    /// How to read the difference.
+    /// Explanation of the difference.
     pub remark: String,
 }

@@ -149,7 +149,7 @@ fn png_size(png: &[u8]) -> Option<[u32; 2]> {
         .flatten()
 }
 
-/// How a drawing takes its place in the page.
+/// Placement of a drawing in the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fit {
     /// Wide plots keep a readable size: on a narrow screen they are scrolled sideways.

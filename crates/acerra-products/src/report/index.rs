@@ -7,11 +7,11 @@ use maud::{Markup, html};
 /// One campaign on the index page.
 #[derive(Clone, Debug, Default)]
 pub struct IndexEntry {
-    /// Its title.
+    /// Title.
     pub title: String,
-    /// Where its report lies, relative to the index page.
+    /// Path of the campaign's report, relative to the index page.
     pub report: String,
-    /// Its image as PNG; none where empty.
+    /// Image as PNG; none where empty.
     pub png: Vec<u8>,
     /// The numbers that matter most.
     pub facts: Vec<Fact>,

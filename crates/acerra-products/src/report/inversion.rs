@@ -1,4 +1,4 @@
-//! How the scene was solved for: parameter, residual, convergence, resolution.
+//! Solution for the scene: parameter, residual, convergence, resolution.
 
 use super::html::{self, Fit, Table};
 use super::numbers::fixed;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
-/// How the name of an area begins.
+/// Prefix of the name of an area.
 const PREFIX: &str = ".acerra-";
 /// The file in an area that its process holds locked.
 const LOCK: &str = "lock";
@@ -119,7 +119,7 @@ impl Area {
         ))
     }
 
-    /// None where another process was faster to take the new directory for a leftover.
+    /// `None` where another process was faster to take the new directory for a leftover.
     fn attempt(parent: &Path) -> io::Result<Option<Self>> {
         let folder = tempfile::Builder::new()
             .prefix(PREFIX)
@@ -145,7 +145,7 @@ impl Area {
         }
     }
 
-    /// Where files are written.
+    /// Directory in which files are written.
     pub(super) fn files(&self) -> PathBuf {
         self.folder.join(FILES)
     }

@@ -1,4 +1,4 @@
-//! Which of several processes this is.
+//! Share of the tiles of an image that one of several processes computes.
 
 use std::str::FromStr;
 

@@ -58,7 +58,7 @@ impl TileStore {
     /// Refuses a directory without tiles of this run.
     ///
     /// # Errors
-    /// None there, or another run's.
+    /// The file is absent, or another run's.
     pub fn check(directory: &Path, identity: &str) -> anyhow::Result<()> {
         let folder = directory.join(NAME);
         let place = folder.display();
@@ -83,7 +83,7 @@ impl TileStore {
     /// The store that is in `directory`.
     ///
     /// # Errors
-    /// None there, or another run's.
+    /// The file is absent, or another run's.
     pub fn open(directory: &Path, pixels: &Pixels, identity: &str) -> anyhow::Result<Self> {
         Self::check(directory, identity)?;
         let folder = directory.join(NAME);
@@ -95,12 +95,12 @@ impl TileStore {
         })
     }
 
-    /// Where it is.
+    /// Place.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// How the image is cut.
+    /// Division of the image into tiles.
     pub fn tiling(&self) -> Tiling {
         self.tiling
     }

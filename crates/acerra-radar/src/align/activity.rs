@@ -8,11 +8,11 @@ use crate::radargram::Radargram;
 /// Change of the radargram about each trace, `[traces]`: ‖x(m+1) − x(m−1)‖ relative to the root
 /// mean square of ‖x‖ over all traces.
 ///
-/// Constant coupling cancels in the difference; its residue by jitter of timing and gain, along the mean
-/// trace and the slope of the mean trace, is projected out. With the platform at rest the difference is
-/// noise; when the platform moves a quarter of a wavelength within two intervals the echoes decorrelate and
-/// the curve levels out near √2 times their share of the record, so that it shows onset and end of motion
-/// sharply and speed only roughly. The ends repeat their neighbours.
+/// Constant coupling cancels in the difference; the coupling's residue by jitter of timing and gain, along
+/// the mean trace and the slope of the mean trace, is projected out. With the platform at rest the difference
+/// is noise; when the platform moves a quarter of a wavelength within two intervals the echoes decorrelate
+/// and the curve levels out near √2 times their share of the record, so that the curve shows onset and end of
+/// motion sharply and speed only roughly. The first and last value repeat their neighbours.
 #[must_use]
 pub fn activity(radargram: &Radargram) -> Vec<f64> {
     let (traces, n) = (radargram.traces, radargram.samples_per_trace);
@@ -72,7 +72,7 @@ fn jitter_shapes(radargram: &Radargram) -> Vec<Vec<Complex64>> {
                 .for_each(|(s, k)| *s -= share * k);
         }
         let own = norm(&shape);
-        // Rounding errors alone are no shape.
+        // A shape that consists of rounding errors is omitted.
         if own > 1e-6 * whole {
             shape.iter_mut().for_each(|s| *s /= own);
             shapes.push(shape);

@@ -27,7 +27,7 @@ impl LikelihoodCurve {
         self.start_s + index as f64 * self.step_s
     }
 
-    /// Log-likelihood at an offset, linear between the grid's; the nearest end's outside.
+    /// Log-likelihood at an offset, linear between the grid's offsets, constant beyond its ends.
     #[must_use]
     pub fn at(&self, offset_s: f64) -> f64 {
         let last = self.log_likelihood.len() - 1;
@@ -73,8 +73,8 @@ impl LikelihoodCurve {
         self.offset_s(peak) + fraction * self.step_s
     }
 
-    /// Standard deviation of the offset about a peak, s, as the second moment of the likelihood over the
-    /// interval about it; never below the grid's resolution.
+    /// Standard deviation of the offset about a peak, s: the second moment of the likelihood over the
+    /// interval about the peak, at least the grid's resolution.
     pub(super) fn sigma_s(&self, mode: Mode) -> f64 {
         let top = self.log_likelihood[mode.peak];
         let centre = self.vertex_s(mode.peak);
@@ -86,7 +86,7 @@ impl LikelihoodCurve {
         }
         let spread = (moment / weight).sqrt();
         let l = &self.log_likelihood;
-        // A peak narrower than the grid: the curvature at the vertex counts.
+        // For a peak narrower than the grid the curvature at the vertex is used.
         let curvature = if mode.peak > 0 && mode.peak + 1 < l.len() {
             (2.0 * l[mode.peak] - l[mode.peak - 1] - l[mode.peak + 1]) / self.step_s.powi(2)
         } else {
@@ -101,7 +101,7 @@ impl LikelihoodCurve {
 
     /// Peaks within `margin` of the best, the most likely first, each with the interval about it within three
     /// standard deviations (a log-likelihood of 4.5). Peaks nearer to an interval than `apart_s` belong to
-    /// it.
+    /// the interval.
     pub(super) fn modes(&self, margin: f64, apart_s: f64) -> Vec<Mode> {
         /// Log-likelihood three standard deviations from a peak.
         const STRETCH: f64 = 4.5;

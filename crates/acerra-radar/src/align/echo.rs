@@ -1,4 +1,4 @@
-//! Following echoes through a radargram with unknown heights.
+//! Tracking of echoes through a radargram at unknown heights.
 //!
 //! The strongest continuous ridges of the envelope are found one after another by dynamic programming
 //! (Viterbi): each may move from trace to trace as fast as the platform climbs. Constant signals (direct
@@ -13,7 +13,7 @@ use crate::clean::{Background, crest, envelope, remove_background};
 use crate::radargram::Radargram;
 use acerra_control::Control;
 
-/// Ridges followed.
+/// Number of ridges followed.
 const RIDGES: usize = 4;
 /// Spacing of fast time on which ridges are followed, s: a quarter of an envelope's width.
 const CELL_S: f64 = 0.12e-9;
@@ -24,12 +24,12 @@ const PRESENT: f64 = 2.5;
 /// Envelope over the trace's median at which it is clipped, for ridges in the trace (few strong scatterers
 /// must not draw a path away from an echo that is always present)…
 const STRONG: f32 = 30.0;
-/// …or, tried as well, only here.
+/// …or at this higher limit, which is tried too.
 const STRONGEST: f32 = 1000.0;
 /// Standard deviation of picks over two seconds below which the echo is constant, s (3 mm): a constant echo
 /// does not depend on the offset, and may be coupling.
 const STILL_S: f64 = 0.02e-9;
-/// Time over which an echo is constant or not, s.
+/// Time over which an echo is tested for being constant, s.
 const STILL_WINDOW_S: f64 = 2.0;
 
 /// One echo followed over slow time.
@@ -203,7 +203,7 @@ impl Envelope {
 }
 
 impl Ridge {
-    /// Every so many picks.
+    /// The ridge with every `stride`-th pick.
     pub(super) fn every(&self, stride: usize) -> Self {
         let some = |values: &[f64]| values.iter().copied().step_by(stride.max(1)).collect();
         Self {
@@ -292,7 +292,7 @@ impl Gain {
 /// Largest movement of a ridge from one trace to the next, in cells, and its cost.
 #[derive(Clone, Copy)]
 struct Climb {
-    /// At most a hundred.
+    /// Largest number of cells, at most a hundred.
     reach: usize,
     cost_per_cell: f32,
 }
@@ -309,8 +309,8 @@ impl Climb {
     /// The best score within reach of each cell, less the cost of the jump from there.
     fn reached(&self, score: &[f32]) -> Vec<f32> {
         let cost = |cell: usize| self.cost_per_cell * cell as f32;
-        // A jump upwards costs cost(to) − cost(from): of all jumps to one cell the best has the largest score plus
-        // cost(from). Downwards the signs are exchanged.
+        // A jump upwards costs cost(to) − cost(from): the best jump to a cell has the largest score plus
+        // cost(from). For jumps downwards the signs are exchanged.
         let upwards: Vec<f32> = (score.iter().enumerate())
             .map(|(cell, score)| score + cost(cell))
             .collect();
@@ -325,7 +325,7 @@ impl Climb {
             .collect()
     }
 
-    /// The cell from which the path to a cell came; of equal ones the lowest.
+    /// The previous cell of the best path to a cell; the lowest of equal ones.
     fn origin(&self, score: &[f32], cell: usize) -> usize {
         let first = cell.saturating_sub(self.reach);
         let last = (cell + self.reach).min(score.len().saturating_sub(1));
@@ -334,10 +334,10 @@ impl Climb {
     }
 }
 
-/// The largest of each value and those before it, `count` in all.
+/// Running maximum over `count` values: each value and those before it.
 fn largest_of_last(mut values: Vec<f32>, count: usize) -> Vec<f32> {
     let mut wider = values.clone();
-    // The largest of twice as many values is that of two spans.
+    // The maximum over twice as many values is the larger of two maxima.
     let mut width = 1;
     while width < count.min(values.len()) {
         let step = width.min(count - width);
@@ -354,7 +354,7 @@ fn largest_of_last(mut values: Vec<f32>, count: usize) -> Vec<f32> {
 
 /// The path with the largest sum of gains less the cost of its jumps.
 fn follow(gain: &Gain, climb: Climb, control: Control<'_>) -> Result<Vec<usize>, AlignError> {
-    // Best sum of a path that ends in each cell of each trace, less the best of the trace.
+    // Best sum over the paths that end in each cell of each trace, less the best of the trace.
     let mut scores: Vec<Vec<f32>> = Vec::with_capacity(gain.rows.len());
     for (k, row) in gain.rows.iter().enumerate() {
         if k % 64 == 0 {
@@ -390,7 +390,7 @@ fn first_best(values: impl Iterator<Item = (usize, f32)>) -> usize {
     values.fold((0, f32::NEG_INFINITY), better).0
 }
 
-/// The larger of two numbers, neither of which is NaN: one instruction, as [`f32::max`] is not.
+/// The larger of two numbers, neither of which is NaN; unlike [`f32::max`] a single instruction.
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }

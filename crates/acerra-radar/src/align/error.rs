@@ -4,14 +4,14 @@ use thiserror::Error;
 
 use acerra_control::Cancelled;
 
-/// Why no offset was found.
+/// Reason for which no offset was found.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AlignError {
     /// A curve without values, or of unequal lengths.
     #[error("{what}: {times} times for {values} values, at least 3 of each are needed")]
     Length {
-        /// Which curve.
+        /// Name of the curve.
         what: &'static str,
         /// Times given.
         times: usize,
@@ -21,15 +21,15 @@ pub enum AlignError {
     /// Times that do not rise.
     #[error("{what}: time {index} is not after the one before")]
     Order {
-        /// Which curve.
+        /// Name of the curve.
         what: &'static str,
-        /// Index of the offender.
+        /// Index of the first time that does not rise.
         index: usize,
     },
     /// A curve that is constant: nothing moves.
     #[error("{what} does not change: there is no motion to align by")]
     Constant {
-        /// Which curve.
+        /// Name of the curve.
         what: &'static str,
     },
     /// The curves overlap too little at every offset.
@@ -67,7 +67,7 @@ pub enum AlignError {
          change from trace to trace does not follow the speed (do the logs belong together?)"
     )]
     NoCue,
-    /// The likelihood is so wide that any offset within it would be a guess.
+    /// The likelihood is too wide to determine an offset.
     #[error(
         "height and speed change too little to determine the offset: anything within {from_s:.2} to \
          {to_s:.2} s agrees with the data (best {best_s:.3} s)"
@@ -88,9 +88,9 @@ pub enum AlignError {
     Ambiguous {
         /// Most likely offset, s.
         best_s: f64,
-        /// The other one, s.
+        /// The other offset, s.
         second_s: f64,
-        /// Log-likelihood of the best less that of the other.
+        /// Log-likelihood of the best offset less that of the other.
         margin: f64,
         /// Difference needed.
         needed: f64,
@@ -103,11 +103,11 @@ pub enum AlignError {
     Contradiction {
         /// Offset by height (and motion), s.
         height_s: f64,
-        /// Its standard deviation, s.
+        /// Standard deviation of the offset by height, s.
         height_sigma_s: f64,
         /// Offset by sharpness, s.
         sharpness_s: f64,
-        /// Its standard deviation, s.
+        /// Standard deviation of the offset by sharpness, s.
         sharpness_sigma_s: f64,
     },
     /// The caller asked to stop.
@@ -115,7 +115,7 @@ pub enum AlignError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Offsets that a refusal leaves open.
+/// Offsets that remain possible after a refusal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenOffsets {
     /// The most likely offset, s.
@@ -126,7 +126,7 @@ pub struct OpenOffsets {
 
 /// Reach to each side of an offset that is stated without a deviation, s.
 const REACH_S: f64 = 1.0;
-/// Standard deviations that a stretch about an offset reaches.
+/// Reach of a stretch to each side of an offset, in standard deviations.
 const REACH_SIGMAS: f64 = 5.0;
 
 impl AlignError {
@@ -169,7 +169,7 @@ impl AlignError {
     }
 }
 
-/// Rising stretches, those that overlap made one.
+/// Rising stretches, with overlapping ones merged.
 fn merged(stretches_s: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = Vec::with_capacity(stretches_s.len());
     for next in stretches_s {

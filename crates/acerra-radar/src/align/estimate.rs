@@ -1,13 +1,14 @@
-//! The offset by all cues together: estimated with its standard deviation, or refused.
+//! The clock offset from all cues together: an estimate with its standard deviation, or a refusal.
 
 use super::curve::{LikelihoodCurve, Mode};
 use super::echo::{Search, ridges};
-use super::height::{Grid, HeightCue, any_of, height_cues};
+use super::height::height_cues;
+use super::height_cue::{Grid, HeightCue};
 use super::motion::{MotionCue, motion_cue};
 use super::profile::STEP_S;
 use super::scan::{Likely, Scan, posterior};
 use super::sharpness::{Scored, SharpnessCue, least_images, offsets_about};
-use super::surface::surface_at;
+use super::surface::{any_of, surface_at};
 use super::{AlignError, FlightProfile, activity};
 use crate::radargram::Radargram;
 use acerra_control::Control;
@@ -16,18 +17,19 @@ use acerra_control::Control;
 const LARGEST_PASS: usize = 40_000_000;
 /// Largest number of traces used: further ones hardly change an offset.
 const TRACES: usize = 2000;
-/// Offsets tried at most.
+/// Largest number of offsets tried.
 const MOST_OFFSETS: f64 = 2e6;
-/// Share of a stated standard deviation to which images may narrow it.
+/// Factor by which images may at most narrow a stated standard deviation.
 const VAGUE_BEFORE: f64 = 5.0;
-/// Share of the images that the caller allows by default which likely offsets may need.
+/// Multiple of the caller's number of images that likely offsets may need.
 const MOST_TIMES: usize = 3;
 /// Largest number of candidates that are imaged.
 const MOST_CANDIDATES: usize = 5;
 /// Number of images where few do not decide; an image takes some milliseconds.
 const MOST_IMAGES: f64 = 1000.0;
-/// Spacing of these images relative to the steps of the few, and their least reach about a candidate, s.
+/// Spacing of these images, in steps of the few images.
 const SCAN_STEPS: f64 = 2.0;
+/// Least reach of these images to each side of a candidate, s.
 const LEAST_SCAN_S: f64 = 0.5;
 /// Distance below which likely offsets count as one, s.
 const APART_S: f64 = 0.1;
@@ -102,7 +104,7 @@ impl OffsetOptions {
 pub struct Candidate {
     /// Most likely offset of the interval, s.
     pub offset_s: f64,
-    /// Standard deviation about it, s.
+    /// Standard deviation about the most likely offset, s.
     pub sigma_s: f64,
     /// Log-likelihood below the best of all, 0 for the best itself.
     pub below_best: f64,
@@ -111,40 +113,40 @@ pub struct Candidate {
 /// Likelihood of every offset by height and motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OffsetLikelihood {
-    /// The height cue of the echo that is the surface by all cues together; none where no echo
+    /// The height cue of the echo identified as the surface by all cues together; `None` where no echo
     /// follows the height.
     pub height: Option<HeightCue>,
-    /// The motion cue; none where the radargram or the motion never changes.
+    /// The motion cue; `None` where the radargram or the motion never changes.
     pub motion: Option<MotionCue>,
-    /// Sum of the cues' log-likelihoods and the prior's.
+    /// Sum of the log-likelihoods of the cues and of the prior.
     pub total: LikelihoodCurve,
     /// Offsets that agree with the data, the most likely first; never empty.
     pub candidates: Vec<Candidate>,
     options: OffsetOptions,
 }
 
-/// The offset, and the evidence for it.
+/// A clock offset with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OffsetEstimate {
     /// Trajectory time − radar time, s.
     pub offset_s: f64,
-    /// Its standard deviation, s.
+    /// Standard deviation of the offset, s.
     pub sigma_s: f64,
-    /// The most likely other offset, s, and the log-likelihood by which the best exceeds it; none where every
-    /// other offset tried is excluded.
+    /// The most likely other offset, s, and the log-likelihood by which the best offset exceeds it; `None`
+    /// where every other offset tried is excluded.
     pub second: Option<(f64, f64)>,
-    /// Fast time at which range is zero by the surface echo, s, and its standard deviation; none
-    /// where no echo follows the height.
+    /// Fast time of zero range by the surface echo and the standard deviation of this time, s; `None` where
+    /// no echo follows the height.
     pub delay_s: Option<(f64, f64)>,
-    /// The sharpness cue, where images were scored and one was the sharpest.
+    /// The sharpness cue, where images were scored and had a sharpest offset.
     pub sharpness: Option<SharpnessCue>,
 }
 
 /// Log-likelihood of every offset between the clocks of a radargram and a trajectory, by height
 /// and by motion.
 ///
-/// The offset is trajectory time − radar time, the campaign file's `time_offset_s`. The radargram
-/// is the raw one, of all traces: background and fast-time zero as recorded.
+/// The offset is trajectory time − radar time, the campaign file's `time_offset_s`. The radargram is raw and
+/// has all traces: background and fast-time zero as recorded.
 ///
 /// # Errors
 /// If the logs never overlap enough, no cue depends on the offset, or the caller cancels.
@@ -287,8 +289,8 @@ fn combined(
     }
 }
 
-/// A cue that may be unrelated to the flight (another echo, a change that is not motion): in that case every
-/// offset is as likely as without the cue. A strong cue is nearly unchanged.
+/// The likelihood of a cue that may be unrelated to the flight (another echo, a change that is not motion),
+/// in which case every offset is as likely as without the cue. A strong cue is nearly unchanged.
 fn perhaps_unrelated(curve: &LikelihoodCurve, evidence: f64) -> LikelihoodCurve {
     let (_, best) = curve.best();
     let log_likelihood = curve
@@ -307,7 +309,7 @@ fn perhaps_unrelated(curve: &LikelihoodCurve, evidence: f64) -> LikelihoodCurve 
 }
 
 impl OffsetLikelihood {
-    /// The prior, where it narrowed the likelihood.
+    /// The prior of the options.
     #[must_use]
     pub const fn prior(&self) -> Option<ClockPrior> {
         self.options.prior
@@ -329,12 +331,13 @@ impl OffsetLikelihood {
     /// `score` is called with the rising offsets about each candidate and returns, for each offset, one
     /// positive score for each independent part of the data (a sub-aperture, a target), larger for sharper
     /// images, such as the brightest pixel over the median one. An offset without scores is left out. Images
-    /// are scored `step_s` apart (a third of the width of the peak in sharpness, or less): four standard
-    /// deviations to each side of every candidate as far as `most` of them allow, two at least, for which
-    /// there may be three times as many; where that is not enough, the offset is [vague](AlignError::Vague).
+    /// are scored `step_s` apart (a third of the width of the peak in sharpness, or less), up to four
+    /// standard deviations to each side of every candidate as far as `most` images allow. At least two
+    /// standard deviations are covered, with up to three times as many images; where these do not suffice,
+    /// the offset is [vague](AlignError::Vague).
     ///
-    /// `common_sigma_s` is the deviation of sharpness common to all parts, which their scatter does not show:
-    /// the motion of the phase centre by unrecorded attitudes.
+    /// `common_sigma_s` is the standard deviation of the offset's error that is common to all parts and does
+    /// not appear in their scatter: motion of the phase centre by unrecorded attitudes.
     ///
     /// # Errors
     /// As [`Self::decide`] with sharpness included, [`AlignError::Contradiction`] if sharpness disagrees with
@@ -359,8 +362,8 @@ impl OffsetLikelihood {
         }
     }
 
-    /// The offset by images over all intervals that height and motion leave; none where these need too many
-    /// images, or where the posterior is wider than accepted.
+    /// The offset by images over all intervals that agree with height and motion; `None` where the intervals
+    /// need too many images, or where the posterior is too wide.
     fn by_many_images<E>(
         &self,
         step_s: f64,
@@ -420,7 +423,7 @@ impl OffsetLikelihood {
         }))
     }
 
-    /// The offset by images about every candidate, or why they do not decide.
+    /// The offset by images about every candidate, or the reason for which the images do not decide.
     fn by_few_images<E>(
         &self,
         step_s: f64,
@@ -433,8 +436,8 @@ impl OffsetLikelihood {
         }
         let tried = &self.candidates[..self.candidates.len().min(MOST_CANDIDATES)];
         let each = most / tried.len();
-        // Candidates whose intervals need more images than their share get them, as long as all need no more
-        // than a few times `most`.
+        // Candidates whose intervals need more images than their share get these images, as long as all
+        // candidates together need no more than a few times `most`.
         let needed: usize = tried.iter().map(|c| least_images(c.sigma_s, step_s)).sum();
         if needed > MOST_TIMES * most {
             return Ok(Err(self.vague()));
@@ -515,7 +518,7 @@ impl OffsetLikelihood {
         Err(self.vague())
     }
 
-    /// Every offset that agrees with the data, of all candidates, within those tried.
+    /// The error with the range of all offsets that agree with the data, over all candidates.
     fn vague(&self) -> AlignError {
         let last = self.total.log_likelihood.len().saturating_sub(1);
         let (first_s, last_s) = (self.total.offset_s(0), self.total.offset_s(last));

@@ -14,8 +14,8 @@
 //! - *Sharpness*: images formed at candidate offsets, scored by the caller.
 //!
 //! Each cue is a log-likelihood over the whole range of offsets, with its noise and the noise's correlation
-//! in time estimated from the data. An offset is accepted only if no other one agrees with the data; a flight
-//! at constant height and speed is refused.
+//! in time estimated from the data. An offset is accepted only if no other offset agrees with the data; a
+//! flight at constant height and speed is refused.
 //!
 //! ```
 //! use acerra_radar::align::{FlightProfile, FlightState, OffsetOptions, offset_likelihood};
@@ -51,6 +51,8 @@ mod echo;
 mod error;
 mod estimate;
 mod height;
+mod height_cue;
+mod height_fit;
 mod motion;
 mod noise;
 mod offset;
@@ -65,7 +67,7 @@ pub use error::AlignError;
 pub use estimate::{
     Candidate, ClockPrior, OffsetEstimate, OffsetLikelihood, OffsetOptions, offset_likelihood,
 };
-pub use height::HeightCue;
+pub use height_cue::HeightCue;
 pub use motion::MotionCue;
 pub use offset::{CoarseOffset, OffsetSearch, coarse_offset};
 pub use profile::{FlightProfile, FlightState};

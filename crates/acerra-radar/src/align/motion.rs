@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 
 use super::curve::LikelihoodCurve;
-use super::height::Grid;
+use super::height_cue::Grid;
 use super::noise::correlation_length;
 use super::profile::AT_REST;
 use super::{AlignError, FlightProfile};
@@ -22,7 +22,7 @@ use acerra_control::Control;
 /// the time; the first class is at rest.
 const CLASS_ENDS: [f64; 3] = [AT_REST, 0.4, 0.75];
 const CLASSES: usize = CLASS_ENDS.len() + 1;
-/// Number of traces with the overall variance added to every class: small classes prove nothing.
+/// Number of traces with the overall variance added to every class, so that small classes have little weight.
 const PRIOR_TRACES: f64 = 3.0;
 /// Share of the traces whose change does not follow their class.
 const STRAY_SHARE: f64 = 0.2;
@@ -30,8 +30,8 @@ const STRAY_SHARE: f64 = 0.2;
 const CLIPPED: f64 = 3.0;
 /// Distance at which offsets count as independent trials, each of which may fit by chance, s.
 const INDEPENDENT_S: f64 = 0.5;
-/// Largest log-likelihood by one start or halt: changes of the scenery in view change the radargram, too, and
-/// can look like a start.
+/// Largest log-likelihood by one start or halt: changes of the scenery in view change the radargram too, and
+/// can resemble a start.
 const MOST_PER_TRANSITION: f64 = 8.0;
 
 /// Spacing of the coarse grid of offsets, in steps of the fine one: closer than traces are to one another.
@@ -49,19 +49,19 @@ pub struct MotionCue {
     pub curve: LikelihoodCurve,
     /// Most likely offset by this cue alone, s.
     pub offset_s: f64,
-    /// Share of the change's variance that the classes of speed explain there.
+    /// Share of the change's variance explained by the classes of speed at this offset.
     pub explained: f64,
     /// Number of traces that are equivalent to one independent trace.
     pub correlation_length: f64,
-    /// Starts and halts within the record, at that offset.
+    /// Number of starts and halts within the record at this offset.
     pub transitions: usize,
     /// Log-likelihood over a change that ignores the speed, less the logarithm of the number of independent
     /// offsets that were tried.
     pub evidence: f64,
 }
 
-/// The likelihood of every offset by change and speed; none where the platform never moves, starts
-/// or halts, the radargram never changes, or the change falls with the speed at every offset.
+/// The likelihood of every offset by change and speed; `None` where the platform never moves, starts or
+/// halts, the radargram never changes, or the change falls with the speed at every offset.
 pub(super) fn motion_cue(
     (time_s, change): (&[f64], &[f64]),
     profile: &FlightProfile,
@@ -108,7 +108,7 @@ struct Fit<'a> {
     /// Traces by rising level, so that every class's levels rise as they are collected.
     by_level: Vec<usize>,
     variance: f64,
-    /// Density of each level where a single class holds all traces.
+    /// Density of each level where all traces are one class.
     stray_density: Vec<f64>,
     profile: &'a FlightProfile,
     class_ends_m_s: [f64; CLASS_ENDS.len()],
@@ -147,7 +147,7 @@ impl<'a> Fit<'a> {
         })
     }
 
-    /// Class of a trace's speed; none without a position.
+    /// Class of a trace's speed; `None` without a position.
     fn class(&self, time_s: f64) -> Option<usize> {
         let speed_m_s = self.profile.speed_at(time_s);
         speed_m_s
@@ -155,7 +155,7 @@ impl<'a> Fit<'a> {
             .then(|| self.class_ends_m_s.partition_point(|end| *end < speed_m_s))
     }
 
-    /// Class of every trace at an offset; none without a position.
+    /// Class of every trace at an offset; `None` without a position.
     fn class_of_traces(&self, offset_s: f64) -> Vec<Option<usize>> {
         self.time_s
             .iter()
@@ -185,8 +185,8 @@ impl<'a> Fit<'a> {
         })
     }
 
-    /// Explained change at every offset: interpolated linearly between those of a coarse grid, where these
-    /// exclude the offset.
+    /// Explained change at every offset; where a coarse grid excludes the offset, interpolated linearly
+    /// between the grid's values.
     fn over(&self, grid: Grid, control: Control<'_>) -> Result<Vec<f64>, AlignError> {
         let at = |offsets: Vec<usize>| {
             let each = offsets.into_par_iter().map(|k| {

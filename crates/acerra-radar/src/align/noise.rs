@@ -1,7 +1,7 @@
-//! Noise that is correlated in time: the number of independent samples in a series.
+//! Correlated noise: the number of independent samples in a series.
 
-/// Autocorrelation of a series (mean removed) at lags 0, 1, …, up to a quarter of its length and
-/// not beyond the first lag at which it is no longer positive.
+/// Autocorrelation of a series (mean removed) at lags 0, 1, …, up to a quarter of the series' length and not
+/// beyond the first lag at which the autocorrelation is no longer positive.
 pub(super) fn autocorrelation(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     let mean = values.iter().sum::<f64>() / n.max(1) as f64;

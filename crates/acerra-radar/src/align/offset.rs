@@ -1,4 +1,4 @@
-//! Correlating two curves over their clocks' offset.
+//! Correlation of two curves over the offset of their clocks.
 
 use super::AlignError;
 
@@ -40,12 +40,12 @@ impl OffsetSearch {
     }
 }
 
-/// The best offset and the evidence for it.
+/// The best offset with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoarseOffset {
     /// Trajectory time − radar time, s, at the highest correlation (between steps, by a parabola).
     pub offset_s: f64,
-    /// Correlation coefficient there.
+    /// Correlation coefficient at this offset.
     pub correlation: f64,
     /// Largest correlation of another peak: one outside the main peak's own flanks. −1 if none.
     pub runner_up: f64,
@@ -183,7 +183,7 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
         vv += (v - mv).powi(2);
         av += (a - ma) * (v - mv);
     }
-    // The offset may leave only an interval without motion.
+    // At this offset only an interval without motion may overlap.
     if aa <= 0.0 || vv <= 0.0 {
         0.0
     } else {

@@ -3,7 +3,7 @@
 use super::AlignError;
 use crate::constants::two_way_delay_s;
 
-/// Most samples of a profile.
+/// Largest number of samples of a profile.
 const LONGEST: f64 = 4e6;
 /// Ratio of the largest followed rate of an echo to its rate.
 pub(super) const REACH: f64 = 2.0;
@@ -93,16 +93,17 @@ impl FlightProfile {
         &self.speed_m_s
     }
 
-    /// This profile with heights that err by a standard deviation (m) for as long as their changes last, as
-    /// those of positions without fixed ambiguities do: no scatter about the echoes shows such an error.
+    /// This profile with height errors of a standard deviation (m) that last as long as changes of the
+    /// height, for positions without fixed ambiguities: such errors do not appear in the scatter about the
+    /// echoes.
     #[must_use]
     pub fn with_lasting_error_m(mut self, lasting_error_m: f64) -> Self {
         self.lasting_error_m = lasting_error_m.max(0.0);
         self
     }
 
-    /// This profile with heights that are stated to err by a standard deviation (m), for as long as a climb
-    /// lasts at worst. The error is reported with the offset
+    /// This profile with stated height errors of a standard deviation (m), which may last as long as a climb.
+    /// The error is reported with the offset
     /// ([`HeightCue::stated_sigma_s`](super::HeightCue::stated_sigma_s)) without an effect on its likelihood.
     #[must_use]
     pub fn with_stated_error_m(mut self, stated_error_m: f64) -> Self {
@@ -124,8 +125,8 @@ impl FlightProfile {
     /// gaps and at the ends). Noise of the positions that changes from fix to fix is reduced; motion whose
     /// acceleration changes evenly over the window is unchanged, without a shift in time.
     ///
-    /// The offset is where the heights fit best, and noise of the heights fits the noise of the echoes best
-    /// at some offset by chance: the error is the ratio of the noise's rate to the flight's.
+    /// Smoothing matters because noise of the heights fits noise of the echoes best at some offset by chance:
+    /// the resulting error of the offset is the ratio of the noise's rate to the flight's rate.
     ///
     /// ```
     /// use acerra_radar::align::{FlightProfile, FlightState};
@@ -185,7 +186,7 @@ impl FlightProfile {
         count
     }
 
-    /// The speed that is exceeded in one twentieth of the time, m/s; none where no speed is known.
+    /// The speed that is exceeded in one twentieth of the time, m/s; `None` where no speed is known.
     pub(super) fn fast_speed_m_s(&self) -> Option<f64> {
         let mut known: Vec<f64> = self.speed_m_s.clone();
         known.retain(|v| v.is_finite());
@@ -214,8 +215,8 @@ impl FlightProfile {
     }
 
     /// Rate of change of 2h/c at which echoes are followed, s/s: the rate exceeded in one twentieth of the
-    /// time. For a platform at rest so long that its climbs are [beyond reach](REACH) of that rate, the rate
-    /// exceeded in one twentieth of the height flown up and down.
+    /// time. For a platform at rest most of the time, whose climbs are [beyond reach](REACH) of this rate,
+    /// the rate exceeded in one twentieth of the height flown up and down.
     pub(super) fn fast_echo_rate(&self) -> f64 {
         let mut rates: Vec<f64> = self
             .echo_delay_s
@@ -240,14 +241,14 @@ impl FlightProfile {
     }
 }
 
-/// Spacing of samples, s: an acceleration of 5 m/s² bends a path by 0.25 mm over it.
+/// Spacing of samples, s: an acceleration of 5 m/s² bends a path by 0.25 mm within a spacing.
 pub(super) const STEP_S: f64 = 0.02;
 
 /// Longest half window for smoothing heights, s.
 const LONGEST_WINDOW_S: f64 = 5.0;
 
-/// Weights of 2m + 1 even samples that give the value in the middle of their least-squares parabola
-/// (Savitzky and Golay 1964); of three samples and of one, the middle one alone.
+/// Weights of 2m + 1 even samples that give the value in the middle of their least-squares parabola (Savitzky
+/// and Golay 1964); for three samples and for one, only the middle one has weight.
 fn parabola_weights(m: usize) -> Vec<f64> {
     let half = m as f64;
     let over = (2.0 * half - 1.0) * (2.0 * half + 1.0) * (2.0 * half + 3.0);

@@ -1,31 +1,31 @@
-//! The posterior of the offset by images over every interval that height and motion leave, where few images
-//! do not decide.
+//! The posterior of the offset by images over every interval that agrees with height and motion, where few
+//! images do not decide.
 //!
 //! The sharpness of images at wrong offsets scatters about a common level; at the right offset it is an
 //! outlier. The likelihood that an image is at the right offset therefore depends on the distance of its
-//! score (the mean over parts of ln) from the median over the interval, in deviations z of the interval: it
-//! is exp(z²/2) times as likely as by chance, divided by the number of images. The right image may also be no
-//! sharper than the others, as on a circle, which an offset rotates: then every offset is as likely as
-//! before.
+//! score (the mean over parts of ln) from the median over the interval, in deviations z of the interval: the
+//! likelihood ratio to chance is exp(z²/2) divided by the number of images. The right image may also be no
+//! sharper than the others (on a circular track, which an offset only rotates): then every offset is as
+//! likely as before.
 
 use super::sharpness::{Scored, SharpnessCue};
 
-/// Images of an interval below which the common level is unknown.
+/// Least number of images of an interval that determine the common level.
 const LEAST_IMAGES: usize = 40;
-/// Standard deviation of a normal distribution over its median distance from the median.
+/// Ratio of the standard deviation of a normal distribution to the median distance from its median.
 const SIGMA_OF_MEDIAN: f64 = 1.4826;
 /// Reach of the images about the sharpest one that give its offset, s.
 const NEAR_S: f64 = 0.15;
 
 /// Images of one interval of offsets, of the same parts.
 pub(super) struct Scan {
-    /// Index of the candidate that the interval belongs to.
+    /// Index of the candidate of the interval.
     pub candidate: usize,
     /// Offset (s) and one score for each part.
     pub scores: Vec<(f64, Vec<f64>)>,
 }
 
-/// An offset with its log-likelihood by all cues, of a candidate.
+/// An offset of a candidate with its log-likelihood by all cues.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Likely {
     pub candidate: usize,
@@ -45,7 +45,7 @@ impl Scan {
             && self.scores.iter().all(|(_, scores)| is_whole(scores))
     }
 
-    /// Log-likelihood of each offset by images alone, against that its image is sharp by chance.
+    /// Log-likelihood ratio of each offset by images alone, relative to an image that is sharp by chance.
     pub(super) fn by_images(&self) -> Vec<Likely> {
         if !self.is_sound() {
             return Vec::new();
@@ -79,7 +79,7 @@ impl Scan {
     }
 }
 
-/// The most likely offset, and the standard deviation about it over all of them, s.
+/// The most likely offset, and the standard deviation of the posterior about this offset, s.
 pub(super) fn posterior(likely: &[Likely]) -> Option<(Likely, f64)> {
     let best =
         (likely.iter().copied()).max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;

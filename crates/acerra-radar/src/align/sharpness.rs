@@ -5,12 +5,12 @@
 pub struct SharpnessCue {
     /// Offset and score of each image, offsets rising: the mean over parts of ln(score).
     pub log_score: Vec<(f64, f64)>,
-    /// Sharpest offset, s, between those tried by a parabola.
+    /// Sharpest offset, s, interpolated between the offsets tried by a parabola.
     pub offset_s: f64,
-    /// Standard deviation of it, s: the scatter of the parts' own sharpest offsets, or, with one part alone,
-    /// half the width at which its score has fallen by 3 dB.
+    /// Standard deviation of the sharpest offset, s: the scatter of the parts' sharpest offsets, or, with a
+    /// single part, half the width at which the score has fallen by 3 dB.
     pub sigma_s: f64,
-    /// Parts that were scored separately.
+    /// Number of parts that were scored separately.
     pub parts: usize,
 }
 
@@ -21,8 +21,8 @@ pub(super) struct Scored {
 }
 
 impl Scored {
-    /// The sharpest offset of one interval; none where the score peaks at an end of it (no peak), or scores
-    /// are missing.
+    /// The sharpest offset of one interval; `None` where the score peaks at an end of the interval (no peak),
+    /// or scores are missing.
     pub fn cue(mut self) -> Option<SharpnessCue> {
         self.scores.sort_by(|a, b| a.0.total_cmp(&b.0));
         let parts = self.scores.first()?.1.len();
@@ -93,7 +93,7 @@ fn peak(curve: &[(f64, f64)]) -> Option<(f64, f64)> {
     Some((offset_s, width_s))
 }
 
-/// Images to each side of an interval for a number of its standard deviations.
+/// Number of images to each side of an interval's centre within `sigmas` standard deviations.
 fn images_aside(sigmas: f64, sigma_s: f64, step_s: f64) -> f64 {
     (sigmas * sigma_s / step_s).ceil().max(4.0)
 }

@@ -29,7 +29,7 @@ pub enum Background {
     },
     /// The strongest principal components of the traces.
     Components {
-        /// How many.
+        /// Number.
         components: usize,
     },
     /// Nothing is removed.

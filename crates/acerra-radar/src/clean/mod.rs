@@ -21,7 +21,7 @@ use acerra_control::Cancelled;
 
 pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
 pub use background_gain::BackgroundGain;
-pub use envelope::envelope;
+pub use envelope::{envelope, for_analytic_rows};
 pub use filter::{band_pass, dewow};
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;
@@ -47,7 +47,7 @@ pub enum CleanError {
     Height {
         /// The trace.
         trace: usize,
-        /// Its height, m.
+        /// Height, m.
         height_m: f64,
     },
     /// Background removal would leave no signal.

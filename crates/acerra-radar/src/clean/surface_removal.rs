@@ -107,11 +107,11 @@ impl SurfaceRemoval {
 /// Sums over the traces at one frequency.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    /// Of the values.
+    /// Sum of the values.
     constant: Complex64,
     /// Sum of the values times the conjugate of the surface's vector.
     surface: Complex64,
-    /// Of the surface's vector.
+    /// Sum of the surface's vector.
     vector: Complex64,
 }
 

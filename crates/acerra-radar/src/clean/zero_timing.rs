@@ -21,7 +21,7 @@ pub enum ZeroTiming {
     None,
 }
 
-/// What zero-timing did.
+/// Result of zero-timing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroTimingResult {
     /// The radargram with its fast time shifted.

@@ -12,7 +12,7 @@ use crate::log::{LogBuilder, LogFormat, RadarLog, ReadError};
 use crate::report::{BlemishKind, Place, ReadReport};
 use crate::scan::Scan;
 
-/// What a capture holds, in order.
+/// One entry of a capture, in order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MrmItem {
     /// A whole scan.
@@ -58,7 +58,7 @@ impl<R: Read> MrmReader<R> {
         }
     }
 
-    /// What was met so far.
+    /// Entries counted so far.
     #[must_use]
     pub fn report(&self) -> &ReadReport {
         &self.report

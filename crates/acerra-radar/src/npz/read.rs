@@ -15,7 +15,7 @@ use crate::spectrum::Spectrum;
 /// 2 mrad of phase.
 pub const FAST_TIME_TOLERANCE: f64 = 1e-3;
 
-/// Why a neutral file could not be read.
+/// Reason why a neutral file could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzError {
@@ -27,7 +27,7 @@ pub enum NpzError {
     Array {
         /// The array's name.
         array: &'static str,
-        /// What is wrong with it.
+        /// Defect found.
         source: NpyError,
     },
     /// A needed array is absent.
@@ -35,7 +35,7 @@ pub enum NpzError {
     Missing {
         /// The array's name.
         array: &'static str,
-        /// Why it is needed.
+        /// Reason why it is needed.
         because: &'static str,
         /// Names of the arrays in the archive.
         present: String,

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::NeutralContent;
 use crate::radargram::{RadargramError, Samples};
 
-/// Why a neutral file could not be written.
+/// Reason why a neutral file could not be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NpzWriteError {

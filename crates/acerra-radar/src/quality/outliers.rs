@@ -31,7 +31,7 @@ impl Default for OutlierOptions {
     }
 }
 
-/// Why a scan is an outlier.
+/// Reason why a scan is an outlier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum OutlierKind {
@@ -77,7 +77,7 @@ impl fmt::Display for OutlierKind {
 pub struct ScanOutlier {
     /// The trace.
     pub trace: usize,
-    /// Why.
+    /// Cause.
     pub kind: OutlierKind,
 }
 

@@ -8,7 +8,7 @@ use std::fmt;
 pub struct LinkCounts {
     /// Messages of every kind that came.
     pub packets: u64,
-    /// Their bytes.
+    /// Bytes.
     pub bytes: u64,
     /// SCAN_INFO messages among them.
     pub scan_messages: u64,

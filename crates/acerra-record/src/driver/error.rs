@@ -8,7 +8,7 @@ use super::setup::Mismatch;
 use crate::link::LinkError;
 use crate::message::StatusCode;
 
-/// Why a request failed.
+/// Reason why a request failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DriverError {
@@ -38,7 +38,7 @@ pub enum DriverError {
         peer: String,
         /// Name of the request.
         request: &'static str,
-        /// What it answers.
+        /// Answer.
         status: StatusCode,
     },
     /// The radio confirms a configuration and has another.
@@ -49,7 +49,7 @@ pub enum DriverError {
     ReadBack {
         /// The other end.
         peer: String,
-        /// What differs.
+        /// Difference.
         mismatch: Mismatch,
     },
 }

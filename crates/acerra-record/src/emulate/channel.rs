@@ -39,7 +39,7 @@ impl Default for Impairments {
     }
 }
 
-/// What a channel did.
+/// Actions of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ChannelCounts {
     /// Messages given to the channel.

@@ -52,7 +52,7 @@ impl EmulatedRadio {
         })
     }
 
-    /// Where it listens.
+    /// Address at which the emulator listens.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
@@ -63,7 +63,7 @@ impl EmulatedRadio {
         self.reboot.store(true, Ordering::SeqCst);
     }
 
-    /// What it did so far.
+    /// Actions so far.
     #[must_use]
     pub fn counts(&self) -> EmulatorCounts {
         *self.counts.lock().unwrap_or_else(PoisonError::into_inner)

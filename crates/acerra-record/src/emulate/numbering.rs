@@ -2,7 +2,7 @@
 
 use acerra_radar::mrm::{HEADER_BYTES, ScanHeader};
 
-/// How scans are numbered and stamped when they start again.
+/// Numbering and stamping of scans after a restart.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Numbering {
     /// As the source has them; the first stamp sets the clock.

@@ -19,7 +19,7 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(20);
 /// Delay of the pulse of a receiver without a fix after its second (s): the receiver counts its own seconds.
 const UNLOCKED_S: f64 = 0.3;
 
-/// How an emulated pulse behaves.
+/// Behaviour of an emulated pulse.
 #[derive(Debug, Clone)]
 pub struct PpsOptions {
     /// The time it lives in.

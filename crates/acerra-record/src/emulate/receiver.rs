@@ -16,7 +16,7 @@ use super::no_fix::without_fix;
 use super::pulse_line::PulseLine;
 use super::world::World;
 
-/// How an emulated receiver behaves.
+/// Behaviour of an emulated receiver.
 #[derive(Debug, Clone)]
 pub struct ReceiverOptions {
     /// The time it lives in.
@@ -85,7 +85,7 @@ impl EmulatedReceiver {
         })
     }
 
-    /// Where it listens.
+    /// Address at which the emulator listens.
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address

@@ -25,7 +25,7 @@ pub(super) struct Orders {
     pub stop: Arc<AtomicBool>,
     /// It is to restart.
     pub reboot: Arc<AtomicBool>,
-    /// What it did so far.
+    /// Actions so far.
     pub counts: Arc<Mutex<EmulatorCounts>>,
 }
 

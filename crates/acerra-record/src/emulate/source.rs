@@ -33,7 +33,7 @@ pub struct Recorded {
     scans: std::collections::VecDeque<SourceScan>,
 }
 
-/// Why a recording cannot be replayed.
+/// Reason why a recording cannot be replayed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SourceError {
@@ -43,9 +43,9 @@ pub enum SourceError {
     /// A scan that no messages can carry.
     #[error("scan {message_id}: {cause}")]
     Scan {
-        /// Its number.
+        /// Number.
         message_id: u16,
-        /// Why.
+        /// Cause.
         cause: std::io::Error,
     },
 }

@@ -44,7 +44,7 @@ pub enum Receiver {
     F9p,
 }
 
-/// Why a receiver is not configured.
+/// Reason why a receiver is not configured.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConfigureError {

@@ -11,7 +11,7 @@ use crate::link::{LinkError, is_timeout, open_port};
 /// Time to wait for a connection.
 const CONNECT: Duration = Duration::from_secs(3);
 
-/// Why no bytes come.
+/// Reason why no bytes come.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SourceFault {
@@ -20,7 +20,7 @@ pub enum SourceFault {
     Open {
         /// Address or port.
         place: String,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The connection ended.
@@ -28,7 +28,7 @@ pub enum SourceFault {
     Ended {
         /// Address or port.
         place: String,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
 }

@@ -21,7 +21,7 @@ const DISTRUST_NS: u64 = 2_000_000_000;
 
 /// A datagram that was received.
 pub(super) struct Datagram {
-    /// Its length.
+    /// Length.
     pub bytes: usize,
     /// The kernel's stamp, since 1970.
     pub stamp: Option<Duration>,

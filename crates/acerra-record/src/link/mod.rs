@@ -75,7 +75,7 @@ pub trait Link {
     }
 }
 
-/// Why a link does not carry messages.
+/// Reason why a link does not carry messages.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LinkError {
@@ -84,7 +84,7 @@ pub enum LinkError {
     Open {
         /// The other end.
         peer: String,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The other computer reports that no program listens at that port.
@@ -101,13 +101,13 @@ pub enum LinkError {
     Interrupted {
         /// The other end.
         peer: String,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// A message too long for the link.
     #[error("message of {found} bytes; expected {limit} at most")]
     TooLong {
-        /// Its length.
+        /// Length.
         found: usize,
         /// The longest.
         limit: usize,

@@ -21,7 +21,7 @@ const CRC_BYTES: usize = 4;
 /// Longest payload; a longer one is damage.
 pub const MAX_PAYLOAD_BYTES: usize = 1 << 20;
 
-/// What a record holds.
+/// Content of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RecordKind {
     /// The session's settings, TOML.
@@ -32,7 +32,7 @@ pub enum RecordKind {
     RadioConfig,
     /// Bytes of the GNSS receiver as they came.
     Gnss,
-    /// What happened, UTF-8.
+    /// Description of the event, UTF-8.
     Note,
     /// The session ended in order; counts, JSON.
     End,
@@ -77,7 +77,7 @@ impl RecordKind {
 /// One record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Record {
-    /// What it holds.
+    /// Content.
     pub kind: RecordKind,
     /// Host clock when the payload came, ns.
     pub at_ns: u64,

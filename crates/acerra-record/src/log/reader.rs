@@ -15,14 +15,14 @@ const CHUNK_BYTES: usize = 2 * MAX_PAYLOAD_BYTES;
 /// a file made of marks would be checked a megabyte a mark.
 const MOST_VAIN_BYTES: u64 = 4 << 30;
 
-/// Why a log cannot be read at all.
+/// Reason why a log cannot be read at all.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LogReadError {
     /// The input fails.
     #[error("reading failed: {0}")]
     Io(#[from] io::Error),
-    /// Another kind of file.
+    /// The file is of another kind.
     #[error("expected a session log of version 1, which begins {LOG_SIGNATURE:?}; found {found:?}")]
     Signature {
         /// The first bytes.

@@ -13,7 +13,7 @@ use super::reader::{LogDamage, LogReadError, LogReader};
 /// Longest time between writing a record and syncing the record to disk.
 pub const SYNC_EVERY: Duration = Duration::from_secs(1);
 
-/// Why a log cannot be written.
+/// Reason why a log cannot be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LogWriteError {
@@ -37,7 +37,7 @@ pub enum LogWriteError {
     Io {
         /// The log.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// An existing log cannot be gone on with.
@@ -45,7 +45,7 @@ pub enum LogWriteError {
     Existing {
         /// The log.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         cause: LogReadError,
     },
     /// Another recording writes the log.
@@ -61,7 +61,7 @@ pub enum LogWriteError {
     TooLong {
         /// The log.
         path: PathBuf,
-        /// Its length.
+        /// Length.
         found: usize,
     },
 }

@@ -26,14 +26,14 @@ pub(super) mod kind {
     pub const DATA_END: u8 = 0x0f;
 }
 
-/// Why a file cannot be read.
+/// Reason why a file cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum McapError {
     /// The input fails.
     #[error("reading failed: {0}")]
     Io(#[from] io::Error),
-    /// Another kind of file.
+    /// The file is of another kind.
     #[error("expected an MCAP file, which begins {MAGIC:?}; found {found:?}")]
     Magic {
         /// The first bytes.
@@ -45,17 +45,17 @@ pub enum McapError {
         LONGEST_RECORD
     )]
     Length {
-        /// Where it begins.
+        /// Offset of the first byte.
         offset: u64,
-        /// What was found.
+        /// Text found.
         found: String,
     },
     /// A record whose content does not match its kind.
     #[error("offset {offset}: expected {expected}")]
     Content {
-        /// Where its record begins.
+        /// Offset at which the record begins.
         offset: u64,
-        /// What was expected.
+        /// Value expected.
         expected: &'static str,
     },
 }
@@ -63,7 +63,7 @@ pub enum McapError {
 /// A topic and its messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TopicCount {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// The type of its messages.
     pub schema: String,
@@ -74,11 +74,11 @@ pub struct TopicCount {
 /// A message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct McapContent {
-    /// Its topic's name.
+    /// Topic's name.
     pub topic: String,
     /// When it was logged (ns).
     pub log_ns: u64,
-    /// Its content.
+    /// Content.
     pub data: Vec<u8>,
 }
 

@@ -9,7 +9,7 @@ use crate::pps::PulseStamp;
 /// A topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Topic {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
     /// The type of its messages.
     pub schema: &'static str,

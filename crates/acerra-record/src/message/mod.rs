@@ -86,7 +86,7 @@ pub enum Message {
     ScanInfo(Box<ScanMessage>),
 }
 
-/// Why bytes are no message.
+/// Reason why bytes are no message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum DecodeError {

@@ -22,7 +22,7 @@ const LONGEST_PULSE: Duration = Duration::from_millis(550);
 /// Pulses missed in a row beyond which the kernel is taken to count again.
 const MOST_MISSED: u32 = 100_000;
 
-/// Why no pulses can be read.
+/// Reason why no pulses can be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PpsError {
@@ -31,13 +31,13 @@ pub enum PpsError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// Neither a device of the kernel's nor a file.
     #[error("PPS at {}: expected /dev/ppsN, /sys/class/pps/ppsN/assert or a file of its content", path.display())]
     NoFile {
-        /// What was named.
+        /// Name given.
         path: PathBuf,
     },
     /// The file holds something else.
@@ -45,7 +45,7 @@ pub enum PpsError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Defect found.
         cause: StampError,
     },
 }
@@ -285,16 +285,16 @@ mod tests {
     #[test]
     fn what_is_no_device_is_refused_by_name() {
         let clock = HostClock::start();
-        let told = |path: &Path| PpsSource::open(path, clock).unwrap_err().to_string();
+        let error_of = |path: &Path| PpsSource::open(path, clock).unwrap_err().to_string();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("assert");
-        assert!(told(&path).starts_with(&format!("PPS at {}: ", path.display())));
-        assert!(told(folder.path()).contains("expected /dev/ppsN"));
+        assert!(error_of(&path).starts_with(&format!("PPS at {}: ", path.display())));
+        assert!(error_of(folder.path()).contains("expected /dev/ppsN"));
         std::fs::write(&path, "\0\u{1}").unwrap();
-        assert!(told(&path).contains("byte 0: expected seconds"));
+        assert!(error_of(&path).contains("byte 0: expected seconds"));
         std::fs::write(&path, vec![b'1'; 1 << 16]).unwrap();
-        assert!(told(&path).contains("64 bytes at most"));
-        assert!(told(Path::new("/dev/pps4711")).contains("/sys/class/pps/pps4711/assert"));
+        assert!(error_of(&path).contains("64 bytes at most"));
+        assert!(error_of(Path::new("/dev/pps4711")).contains("/sys/class/pps/pps4711/assert"));
         assert_eq!(text_of(Path::new("/dev/ppsx")), Path::new("/dev/ppsx"));
     }
 }

@@ -29,7 +29,7 @@ pub struct PulseStamp {
     pub sequence: u32,
 }
 
-/// Why a text is no stamp.
+/// Reason why a text is no stamp.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum StampError {
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn other_texts_are_refused_with_their_place() {
-        for (text, told) in [
+        for (text, expected) in [
             ("", "found nothing"),
             ("\n", "found nothing"),
             ("1700000000", "byte 10: expected a point"),
@@ -172,7 +172,7 @@ mod tests {
             ("123456789012.000012345#4", "byte 0: expected seconds"),
         ] {
             let error = PulseStamp::parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.contains(told), "{text:?}: {error}");
+            assert!(error.contains(expected), "{text:?}: {error}");
         }
         let long = [b'1'; MAX_STAMP_BYTES + 1];
         assert_eq!(PulseStamp::parse(&long), Err(StampError::TooLong));

@@ -1,4 +1,4 @@
-//! Why a session cannot be finished.
+//! Reasons why a session cannot be finished.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::settings::SettingsError;
 use crate::log::LogReadError;
 
-/// Why a session cannot be finished.
+/// Reason why a session cannot be finished.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FinishError {
@@ -17,7 +17,7 @@ pub enum FinishError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// The log.
@@ -25,7 +25,7 @@ pub enum FinishError {
     Log {
         /// The file.
         path: PathBuf,
-        /// Why it cannot be read.
+        /// Reason why it cannot be read.
         cause: LogReadError,
     },
     /// The log holds no session, or an invalid one.
@@ -33,7 +33,7 @@ pub enum FinishError {
     Settings {
         /// The log.
         path: PathBuf,
-        /// What is wrong.
+        /// Defect found.
         cause: SettingsError,
     },
 }

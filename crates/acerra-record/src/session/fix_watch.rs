@@ -4,12 +4,9 @@ use acerra_gnss::ubx::FixState;
 
 use super::fix_source::FixSource;
 use super::progress::{Fix, Progress};
+use super::reminder::Reminder;
 use super::window_watch::WindowWatch;
 use crate::gnss::FrameFinder;
-
-/// Time without a fix after which a warning is given, and repeated (s).
-const TOLD_AFTER_S: f64 = 2.0;
-const TOLD_AGAIN_S: f64 = 30.0;
 
 /// Watches the fix by the receiver's own solution (NAV-PVT), or by the satellites that it measures.
 pub(super) struct FixWatch {
@@ -17,9 +14,8 @@ pub(super) struct FixWatch {
     window: WindowWatch,
     latest: Option<Fix>,
     source: FixSource,
-    /// Host times of the loss of the fix and of the last warning (s).
-    lost_s: Option<f64>,
-    told_s: Option<f64>,
+    /// Warnings that there is no fix.
+    lost: Reminder,
     was_fixed: bool,
 }
 
@@ -31,8 +27,7 @@ impl FixWatch {
             window,
             latest: None,
             source: FixSource::default(),
-            lost_s: None,
-            told_s: None,
+            lost: Reminder::default(),
             was_fixed: false,
         }
     }
@@ -71,25 +66,18 @@ impl FixWatch {
             satellites,
         });
         if has_fix {
-            let lost_s = self.lost_s.take();
-            let was_told = self.told_s.take().is_some();
+            let lost_s = self.lost.end();
             let is_first = !std::mem::replace(&mut self.was_fixed, true);
             let after = match lost_s {
-                Some(lost_s) if was_told => format!(" after {:.0} s without", host_s - lost_s),
-                _ if is_first => String::new(),
-                _ => return None,
+                Some(lost_s) => format!(" after {:.0} s without", host_s - lost_s),
+                None if is_first => String::new(),
+                None => return None,
             };
             return Some(Progress::Note(format!(
                 "the GNSS receiver has a fix{after}: {satellites} satellites"
             )));
         }
-        let since_s = host_s - *self.lost_s.get_or_insert(host_s);
-        let is_due = match self.told_s {
-            None => since_s >= TOLD_AFTER_S,
-            Some(told_s) => host_s - told_s >= TOLD_AGAIN_S,
-        };
-        is_due.then(|| {
-            self.told_s = Some(host_s);
+        self.lost.due(host_s).map(|since_s| {
             Progress::Warning(format!(
                 "no GNSS fix for {since_s:.0} s, {satellites} satellites: these scans will have no position"
             ))

@@ -20,6 +20,7 @@ mod radio_loop;
 mod receiver_loop;
 mod record_error;
 mod recorder;
+mod reminder;
 mod session_clock;
 mod settings;
 mod silence;

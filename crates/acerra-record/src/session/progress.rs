@@ -7,7 +7,7 @@ use crate::driver::LinkCounts;
 /// Progress of a running recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Progress {
-    /// What happened, in words.
+    /// Description of the event.
     Note(String),
     /// A fault: worth a beep.
     Warning(String),

@@ -1,4 +1,4 @@
-//! Why a recording cannot begin, or ends.
+//! Reasons why a recording cannot begin, or ends.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::link::LinkError;
 use crate::log::LogWriteError;
 use crate::pps::PpsError;
 
-/// Why a recording cannot begin, or ends.
+/// Reason why a recording cannot begin, or ends.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -41,7 +41,7 @@ pub enum RecordError {
     Directory {
         /// The directory.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: std::io::Error,
     },
     /// The system gives no thread.

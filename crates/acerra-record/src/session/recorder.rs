@@ -33,9 +33,9 @@ const LONGEST_END: Duration = Duration::from_secs(10);
 pub struct Recorder<'a> {
     /// The session.
     pub session: &'a Session,
-    /// Its text, kept in the log.
+    /// Text, kept in the log.
     pub text: &'a str,
-    /// Its directory.
+    /// Directory.
     pub directory: &'a Path,
     /// Ends the recording when set.
     pub stop: &'a AtomicBool,

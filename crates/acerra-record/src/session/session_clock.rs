@@ -24,7 +24,7 @@ pub(super) struct TraceTime {
 pub(super) struct SessionClock {
     /// The clock, or why there is none.
     pub clock: Result<LoggedClock, TimingError>,
-    /// Its source, where there are pulses or marks.
+    /// Source, where there are pulses or marks.
     pub remarks: Vec<String>,
 }
 

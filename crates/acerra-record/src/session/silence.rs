@@ -18,7 +18,7 @@ const FIRST_SILENCE: Duration = Duration::from_secs(5);
 /// An instrument that is silent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Silence {
-    /// Which instrument.
+    /// The instrument.
     pub instrument: &'static str,
     /// For how long (s).
     pub for_s: f64,

@@ -2,13 +2,11 @@
 
 use super::plausibility::{delay_range_ns, echo_ns};
 use super::progress::Progress;
+use super::reminder::Reminder;
 use super::settings::{FlightSection, RadioSection};
 
 /// Heights that are less certain are not judged (m).
 const MOST_SIGMA_M: f64 = 5.0;
-/// Time for which the ground must be behind the window before a warning is given, and repeated (s).
-const TOLD_AFTER_S: f64 = 2.0;
-const TOLD_AGAIN_S: f64 = 30.0;
 
 /// Compares the height above where the recording began with the range that the window reaches.
 pub(super) struct WindowWatch {
@@ -16,9 +14,8 @@ pub(super) struct WindowWatch {
     least_delay_ns: f64,
     /// Height where the recording began (m).
     ground_m: Option<f64>,
-    /// Host times since when the ground is behind the window, and of the last warning (s).
-    behind_s: Option<f64>,
-    told_s: Option<f64>,
+    /// Warnings that the ground is behind the window.
+    behind: Reminder,
 }
 
 impl WindowWatch {
@@ -28,8 +25,7 @@ impl WindowWatch {
             window_end_ns: 1e-3 * f64::from(radio.window_ps[1]),
             least_delay_ns: delay_range_ns(flight)[0],
             ground_m: None,
-            behind_s: None,
-            told_s: None,
+            behind: Reminder::default(),
         }
     }
 
@@ -42,16 +38,10 @@ impl WindowWatch {
         // Two deviations lower it would still answer behind the window.
         let echo_ns = echo_ns((above_m - 2.0 * sigma_m).max(0.0), self.least_delay_ns);
         if echo_ns <= self.window_end_ns {
-            (self.behind_s, self.told_s) = (None, None);
+            self.behind.end();
             return None;
         }
-        let since_s = host_s - *self.behind_s.get_or_insert(host_s);
-        let is_due = match self.told_s {
-            None => since_s >= TOLD_AFTER_S,
-            Some(told_s) => host_s - told_s >= TOLD_AGAIN_S,
-        };
-        is_due.then(|| {
-            self.told_s = Some(host_s);
+        self.behind.due(host_s).map(|_| {
             Progress::Warning(format!(
                 "the ground is behind the window ([radio] window_ps): {above_m:.0} m above where the recording \
                  began it answers at {echo_ns:.0} ns or later, and the window ends at {:.0} ns",

@@ -38,7 +38,7 @@ pub struct ClockLine {
     pub held_up_blocks: usize,
 }
 
-/// Why no clock can be fitted.
+/// Reason why no clock can be fitted.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FitError {

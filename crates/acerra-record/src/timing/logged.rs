@@ -13,13 +13,13 @@ const CLOCKS_PPM: f64 = 500.0;
 /// A delay common to all messages, not observable from stamps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Latency {
-    /// Its length (s).
+    /// Length (s).
     pub delay_s: f64,
-    /// Its standard deviation (s).
+    /// Standard deviation (s).
     pub sigma_s: f64,
 }
 
-/// Why trace times are not known on GPS time.
+/// Reason why trace times are not known on GPS time.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TimingError {

@@ -26,7 +26,7 @@ const MOST_INTERVALS: f64 = 25.0;
 /// Marks that differences are taken of, evenly spread over longer recordings.
 const MOST_COMPARED: usize = 20_000;
 
-/// Why time marks are not used.
+/// Reason why time marks are not used.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MarkError {

@@ -15,7 +15,7 @@ pub(super) const MOST_WANDER_S: f64 = 0.25e-3;
 /// A pulse as it was recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// Its number by the kernel.
+    /// Number by the kernel.
     pub sequence: u32,
     /// Host clock at its edge (s).
     pub host_s: f64,
@@ -23,7 +23,7 @@ pub struct Pulse {
     pub has_fix: bool,
 }
 
-/// Why pulses are not used.
+/// Reason why pulses are not used.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PulseError {
@@ -69,7 +69,7 @@ pub enum PulseError {
         1e3 * scatter_s, 1e3 * MOST_SCATTER_S
     )]
     Unsteady {
-        /// Their scatter (s).
+        /// Scatter (s).
         scatter_s: f64,
     },
     /// The pulses are on no line.

@@ -27,7 +27,7 @@ const LEAST_SPAN: f64 = 0.5;
 /// Deviations that contradict.
 const SIGMAS: f64 = 5.0;
 
-/// Why pulses give no clock.
+/// Reason why pulses give no clock.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PulsedClockError {
@@ -46,7 +46,7 @@ pub struct PulsedClock {
     pub clock: LoggedClock,
     /// Shortest time from an epoch to its first byte (s of GPS time).
     pub shortest_latency_s: f64,
-    /// Its median (s of GPS time).
+    /// Median (s of GPS time).
     pub median_latency_s: f64,
     /// Whether the session states this latency.
     pub is_as_stated: bool,

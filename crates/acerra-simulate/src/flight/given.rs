@@ -29,7 +29,7 @@ pub struct GivenFlight {
     pub on_track_s: Option<[f64; 2]>,
 }
 
-/// Why a given flight is refused.
+/// Reason why a given flight is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GivenFlightError {
@@ -38,7 +38,7 @@ pub enum GivenFlightError {
     File {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Defect found.
         reason: String,
     },
     /// Positions that no flight can have.
@@ -56,7 +56,7 @@ pub enum GivenFlightError {
     OnTrack {
         /// How long the file is.
         duration_s: f64,
-        /// What was asked.
+        /// Request.
         found: [f64; 2],
     },
 }

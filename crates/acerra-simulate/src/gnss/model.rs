@@ -141,7 +141,7 @@ impl ReceiverModel {
     }
 }
 
-/// Why a GNSS model is refused.
+/// Reason why a GNSS model is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GnssError {

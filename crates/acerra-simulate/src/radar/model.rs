@@ -89,7 +89,7 @@ pub struct PointTarget {
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CornerReflector {
-    /// Its apex: east, north, up (m).
+    /// Apex: east, north, up (m).
     pub position_m: [f64; 3],
     /// Length of the edges that meet in the apex (m).
     #[serde(default = "default_edge_m")]
@@ -137,7 +137,7 @@ pub struct Clutter {
     pub to_m: [f64; 3],
     /// Scatterers in it.
     pub scatterers: usize,
-    /// Their radar cross-sections added up (m²).
+    /// Radar cross-sections added up (m²).
     pub rcs_m2: f64,
 }
 

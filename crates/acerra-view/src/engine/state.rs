@@ -42,13 +42,13 @@ pub enum EngineStatus {
     Ready,
     /// They cannot be had.
     Failed {
-        /// Why.
+        /// Cause.
         reason: String,
     },
 }
 
 impl Engine {
-    /// Where the data are.
+    /// Location of the data.
     #[must_use]
     pub fn status(&self) -> EngineStatus {
         match &*self.state() {

@@ -75,7 +75,7 @@ impl View {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImageOrder {
-    /// Its pixels.
+    /// Pixels.
     pub view: View,
     /// Changes to the run's settings.
     #[serde(default)]

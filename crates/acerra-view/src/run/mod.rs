@@ -24,15 +24,15 @@ pub use volume::{Plane, Volume};
 /// A run that is shown.
 #[derive(Debug)]
 pub struct Run {
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Its directory.
+    /// Directory.
     pub directory: PathBuf,
-    /// Its image.
+    /// Image.
     pub image: RunImage,
     /// The image's levels.
     pub pyramid: Pyramid,
-    /// Its volume, where it made one.
+    /// Volume, where it made one.
     pub volume: Option<Volume>,
     /// Display of the image in the run's own picture.
     pub display: Display,

@@ -16,7 +16,7 @@ pub struct TrackTable {
     pub time_s: Vec<f64>,
     /// East, north and up of the phase centre (m); not finite where there is no position.
     pub position_m: Vec<[f64; 3]>,
-    /// Their standard deviations (m); not finite where the trajectory states none.
+    /// Standard deviations (m); not finite where the trajectory states none.
     pub sigma_m: Vec<[f64; 3]>,
     /// Solution status.
     pub status: Vec<String>,
@@ -26,7 +26,7 @@ pub struct TrackTable {
     pub gpst: Vec<String>,
 }
 
-/// How a place is seen from a trace.
+/// Geometry of a place as seen from a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Seen {
     /// Number of the trace in its log.

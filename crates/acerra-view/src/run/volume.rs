@@ -38,7 +38,7 @@ struct Kept {
 pub struct Plane {
     size: [usize; 2],
     values: Vec<Complex32>,
-    /// Its levels.
+    /// Levels.
     pub pyramid: Pyramid,
 }
 

@@ -51,7 +51,7 @@ impl TileForm {
 ///
 /// # Errors
 /// Errors of the work; work that ended without an answer.
-pub async fn beside<T: Send + 'static>(
+pub async fn in_background<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, RequestError> + Send + 'static,
 ) -> Result<T, RequestError> {
     let done = tokio::task::spawn_blocking(work).await;

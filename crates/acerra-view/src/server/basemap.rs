@@ -16,7 +16,7 @@ pub struct Basemap {
     source: Source,
 }
 
-/// Where tiles come from.
+/// Source of tiles.
 #[derive(Clone, Debug)]
 enum Source {
     /// Another server: its scheme and host, as a content security policy names them.

@@ -58,7 +58,7 @@ async fn cursor(
     Query(at): Query<CursorQuery>,
 ) -> Result<Json<Cursor>, RequestError> {
     checked_place([at.x_m, at.y_m, at.z_m.unwrap_or(0.0)])?;
-    let answer = shared.beside(number, move |shown| answer(shown, &at));
+    let answer = shared.in_background(number, move |shown| answer(shown, &at));
     answer.await.map(Json)
 }
 

@@ -20,7 +20,7 @@ use crate::engine::{
 };
 use crate::error::RequestError;
 use crate::raster::TileIndex;
-use crate::server::answer::{beside, bytes};
+use crate::server::answer::{bytes, in_background};
 use crate::server::state::Shared;
 
 /// The addresses.
@@ -150,7 +150,7 @@ async fn tile(
     )>,
 ) -> Result<Response, RequestError> {
     let index = TileIndex { level, column, row };
-    let tile = shared.beside(number, move |shown| {
+    let tile = shared.in_background(number, move |shown| {
         let current = shown.engine.current()?;
         let own = current.prepared.tracks.get(track);
         let levels = current.radargrams.get(track).and_then(Option::as_ref);
@@ -238,7 +238,7 @@ async fn image(
     let shown = shared.run(number)?;
     let cancel = shown.engine.supersede();
     let guard = CancelOnDrop(Arc::clone(&cancel));
-    let made = beside(move || shown.engine.image(&order, &cancel)).await?;
+    let made = in_background(move || shown.engine.image(&order, &cancel)).await?;
     drop(guard);
     Ok(answer(made))
 }
@@ -266,7 +266,7 @@ async fn campaign(
     Path(number): Path<usize>,
     Json(edits): Json<Edits>,
 ) -> Result<Response, RequestError> {
-    let text = shared.beside(number, move |shown| {
+    let text = shared.in_background(number, move |shown| {
         let campaign = shown.engine.campaign(&edits)?;
         let head = "# Settings tried in acerra view; everything left to the data is stated.\n";
         Ok(format!("{head}{}", toml::to_string(&campaign)?))

@@ -81,7 +81,7 @@ pub async fn socket(State(clients): State<Clients>, upgrade: WebSocketUpgrade) -
         })
 }
 
-/// Why a page is done with.
+/// End of the connection to a page.
 struct Over;
 
 async fn talk(mut socket: WebSocket, clients: &Clients) -> Result<(), Over> {

@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 
 use crate::error::RequestError;
-use crate::server::answer::beside;
+use crate::server::answer::in_background;
 use crate::server::state::Shared;
 
 /// The address.
@@ -21,7 +21,7 @@ async fn tile(
     State(shared): State<Arc<Shared>>,
     Path(numbers): Path<[u32; 3]>,
 ) -> Result<Response, RequestError> {
-    let tile = beside(move || match &shared.basemap {
+    let tile = in_background(move || match &shared.basemap {
         Some(map) => map.tile(numbers),
         None => Err(RequestError::Absent { what: "map tile" }),
     });

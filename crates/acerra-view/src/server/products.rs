@@ -122,7 +122,7 @@ async fn track(
     Path(number): Path<usize>,
 ) -> Result<Response, RequestError> {
     let track = |shown: &Shown| Ok(Json(&shown.run.track).into_response());
-    shared.beside(number, track).await
+    shared.in_background(number, track).await
 }
 
 /// Heights of the ground under an image that is on terrain.
@@ -137,7 +137,7 @@ async fn terrain(
         let terrain = terrain.ok_or(RequestError::Absent { what: "terrain" })?;
         Ok(Json(terrain).into_response())
     };
-    shared.beside(number, terrain).await
+    shared.in_background(number, terrain).await
 }
 
 async fn tile(
@@ -146,7 +146,7 @@ async fn tile(
     Query(form): Query<TileForm>,
 ) -> Result<Response, RequestError> {
     let index = TileIndex { level, column, row };
-    let tile = shared.beside(number, move |shown| {
+    let tile = shared.in_background(number, move |shown| {
         let run = &shown.run;
         let precision = form.precision(run.display.half);
         let tile = run.pyramid.tile(&run.image, index, precision);
@@ -162,7 +162,7 @@ async fn file(
 ) -> Result<Response, RequestError> {
     let known = PRODUCTS.into_iter().find(|product| *product == name);
     let name = known.ok_or(RequestError::Absent { what: "product" })?;
-    let read = shared.beside(number, move |shown| {
+    let read = shared.in_background(number, move |shown| {
         let path = shown.run.directory.join(name);
         // A directory, or a link to a file that is no product, is no file of the run.
         if !std::fs::symlink_metadata(&path).is_ok_and(|data| data.is_file()) {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::engine::{Current, Engine};
 use crate::error::RequestError;
 use crate::run::Run;
-use crate::server::answer::beside;
+use crate::server::answer::in_background;
 use crate::server::basemap::Basemap;
 
 /// A run and the data behind it.
@@ -61,13 +61,13 @@ impl Shared {
     ///
     /// # Errors
     /// No such run; errors of the work.
-    pub async fn beside<T: Send + 'static>(
+    pub async fn in_background<T: Send + 'static>(
         &self,
         number: usize,
         work: impl FnOnce(&Shown) -> Result<T, RequestError> + Send + 'static,
     ) -> Result<T, RequestError> {
         let shown = self.run(number)?;
-        beside(move || work(&shown)).await
+        in_background(move || work(&shown)).await
     }
 
     /// Answers in JSON from the data behind a run with the settings tried last.
@@ -79,7 +79,7 @@ impl Shared {
         number: usize,
         work: impl FnOnce(&Current) -> Result<T, RequestError> + Send + 'static,
     ) -> Result<Response, RequestError> {
-        self.beside(number, move |shown| {
+        self.in_background(number, move |shown| {
             let current = shown.engine.current()?;
             Ok(Json(work(&current)?).into_response())
         })

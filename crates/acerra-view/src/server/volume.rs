@@ -57,7 +57,7 @@ async fn tile(
         column: at.column,
         row: at.row,
     };
-    let tile = shared.beside(at.run, move |shown| {
+    let tile = shared.in_background(at.run, move |shown| {
         let volume = shown.run.volume.as_ref();
         let volume = volume.ok_or(RequestError::Absent { what: "volume" })?;
         let plane = volume.plane(normal, at.index)?;

@@ -91,7 +91,7 @@ mod tests {
             pps_edge_ms: 0.0,
             pps_loss: 0.0,
         };
-        let told = |speed, starts_at| {
+        let checked = |speed, starts_at| {
             let shared = Shared {
                 world: &World::new(speed),
                 starts_at,
@@ -102,14 +102,14 @@ mod tests {
             started.map(drop).map_err(|error| error.to_string())
         };
         let first = Some(GpsTime::from_week_tow(2345, 0.0));
-        let fast = told(11.0, first).unwrap_err();
+        let fast = checked(11.0, first).unwrap_err();
         assert!(
             fast.contains("expected a --speed of 10 at most, found 11"),
             "{fast}"
         );
-        assert!(told(1.0, None).unwrap_err().contains("--gnss"));
+        assert!(checked(1.0, None).unwrap_err().contains("--gnss"));
         assert!(!file.exists());
-        assert_eq!(told(10.0, first), Ok(()));
+        assert_eq!(checked(10.0, first), Ok(()));
         assert!(file.exists());
     }
 }

@@ -142,8 +142,8 @@ impl Order<'_> {
 
     /// The directory for the products.
     pub fn directory(&self) -> PathBuf {
-        let beside = || default_output(self.campaign);
-        self.output.map_or_else(beside, Path::to_owned)
+        let by_default = || default_output(self.campaign);
+        self.output.map_or_else(by_default, Path::to_owned)
     }
 
     /// Prints a run's results on standard output, and its warnings on stderr.
@@ -268,7 +268,7 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     let aligned = &outcome.prepared.aligned;
     let first = outcome.prepared.first();
     writeln!(out, "radar      {}", outcome.radar_summary())?;
-    if aligned.stands {
+    if aligned.is_often_at_rest {
         writeln!(
             out,
             "           the platform is at rest for much of the time: the traces in motion are imaged, weighted by \

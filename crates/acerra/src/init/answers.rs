@@ -165,11 +165,11 @@ mod tests {
             let found = answers.filled.iter().find(|f| f.path == key).cloned();
             found.and_then(|f| f.value)
         };
-        let told = Answers::of(&side(known, 0.05));
-        assert_eq!(of(&told, "image.z_m").as_deref(), Some("-0.02"));
-        assert!(told.questions.is_empty());
-        assert_eq!(of(&told, "image.x_m").as_deref(), Some("[-5.0, 11.0]"));
-        assert_eq!(of(&told, "image.y_m").as_deref(), Some("[-5.0, 5.0]"));
+        let answers = Answers::of(&side(known, 0.05));
+        assert_eq!(of(&answers, "image.z_m").as_deref(), Some("-0.02"));
+        assert!(answers.questions.is_empty());
+        assert_eq!(of(&answers, "image.x_m").as_deref(), Some("[-5.0, 11.0]"));
+        assert_eq!(of(&answers, "image.y_m").as_deref(), Some("[-5.0, 5.0]"));
         let moves = Answers::of(&side(known, 0.4));
         let open = Determined {
             is_bounded: false,

@@ -15,7 +15,7 @@ use crate::echoes::sharpen::{coarse, patches};
 pub struct DelayCheck {
     /// The sharpest delay less the one in force (s).
     pub later_s: f64,
-    /// Standard deviation of that difference (s).
+    /// Standard deviation of the difference (s).
     pub sigma_s: f64,
     /// Distance of the delay in force from the nearest delay that agrees with the sharpest (s).
     pub outside_s: f64,
@@ -26,15 +26,16 @@ pub struct DelayCheck {
 /// Range of delays tried about the delay in force, and their spacing (s).
 const CHECKED_S: f64 = 8e-9;
 const STEP_S: f64 = 0.5e-9;
-/// Contributions of traces to pixels in one image of a check, and its pixels at least and at most.
+/// Contributions of traces to pixels in one image of a check.
 const CONTRIBUTIONS: f64 = 2e7;
+/// Least and largest number of pixels of an image.
 const PIXELS: [f64; 2] = [20_000.0, 150_000.0];
 /// Standard deviation of a log contrast by errors of positions and antenna, in addition to the clutter's: a
 /// tenth.
 const MODEL_SIGMA: f64 = 0.1;
 
-/// Compares the delay in force of clean traces with delays about it; none where the image gets sharper up to
-/// the end of the delays tried.
+/// Compares the delay in force of clean traces with neighbouring delays; `None` where the image gets sharper
+/// up to the end of the delays tried.
 ///
 /// # Errors
 /// Data that the imaging operators refuse, cancellation.
@@ -42,7 +43,7 @@ pub fn check_delay(
     scan: DelayScan<'_>,
     control: &Control<'_>,
 ) -> Result<Option<DelayCheck>, DelayError> {
-    if !scan.view().tells_delay() {
+    if !scan.view().determines_delay() {
         return Ok(None);
     }
     let traces = scan.position_m.len().max(1) as f64;
@@ -59,7 +60,7 @@ pub fn check_delay(
         .map(|k| {
             control.check()?;
             let later_s = f64::from(k) * STEP_S;
-            let image = scan.looked_at(&looks, later_s, scan.grid)?;
+            let image = scan.tabulated_image(&looks, later_s, scan.grid)?;
             Ok(ScanPoint::of(later_s, &image))
         })
         .collect::<Result<_, DelayError>>()?;

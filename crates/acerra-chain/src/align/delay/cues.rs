@@ -9,24 +9,26 @@ use acerra_radar::quality;
 pub struct DelayCue {
     /// Fast time at which range is zero (s).
     pub delay_s: f64,
-    /// Its standard deviation (s).
+    /// Standard deviation of the delay (s).
     pub sigma_s: f64,
 }
 
 /// Log-likelihood over an unrelated echo from which the echo that follows the height is accepted.
 const LEAST_EVIDENCE: f64 = 12.0;
-/// Roughness of ordinary ground as the surface echo shows it (s): 5 cm; and where in its pulse the
-/// echo is picked (s).
+/// Roughness of ordinary ground in the surface echo (s): 5 cm.
 const GROUND_ROUGHNESS_S: f64 = 0.33e-9;
+/// Place of the pick within the echo's pulse (s).
 const PICK_S: f64 = 0.3e-9;
-/// Least level of the coupling above the rest of the mean trace (dB), and largest wander of the coupling (s).
+/// Least level of the coupling above the rest of the mean trace (dB).
 const COUPLING_CONTRAST_DB: f64 = 20.0;
+/// Largest wander of the coupling (s).
 const COUPLING_SPREAD_S: f64 = 0.1e-9;
-/// Time from antenna to antenna (s): side by side, up to 0.6 m apart.
+/// Travel time between the antennas (s), up to 0.6 m apart.
 const COUPLING_S: f64 = 1.0e-9;
+/// Standard deviation of this travel time (s).
 const COUPLING_SIGMA_S: f64 = 0.6e-9;
-/// Probability that an echo is not the one it was identified as, so that its delay has no relation to range
-/// zero: odds of 1 to 20.
+/// Logarithm of the prior odds (1 to 20) that an echo was identified wrongly, so that its delay has no
+/// relation to range zero.
 const UNRELATED: f64 = -3.0;
 
 impl DelayCue {
@@ -39,7 +41,7 @@ impl DelayCue {
     }
 }
 
-/// The delay by the echo that follows the height of the flight; none where no echo clearly does.
+/// The delay by the echo that follows the height of the flight; `None` where no echo clearly follows it.
 #[must_use]
 pub fn surface_delay(likelihood: &OffsetLikelihood) -> Option<DelayCue> {
     let cue = likelihood.height.as_ref()?;
@@ -53,7 +55,7 @@ pub fn surface_delay(likelihood: &OffsetLikelihood) -> Option<DelayCue> {
     })
 }
 
-/// The delay by the direct coupling; none where the window shows none.
+/// The delay by the direct coupling; `None` where the window contains no coupling.
 #[must_use]
 pub fn coupling_delay(radargram: &Radargram) -> Option<DelayCue> {
     let seen = quality::coupling(radargram)?;

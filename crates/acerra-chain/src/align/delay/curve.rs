@@ -1,4 +1,4 @@
-//! The log-likelihood over the delays tried, and the decision by it.
+//! The log-likelihood over the delays tried, and the decision for one delay.
 
 use super::error::DelayError;
 
@@ -13,7 +13,7 @@ pub struct DelayCurve {
 
 /// Log-likelihood by which the best delay must surpass every other (odds of 400 to 1).
 pub(super) const MARGIN: f64 = 6.0;
-/// Largest deviation of a delay that is found (s): 8.7 cm of range, the resolution of a band of 1.7 GHz.
+/// Largest accepted standard deviation of a delay (s): 8.7 cm of range, the resolution of a band of 1.7 GHz.
 pub(super) const MOST_SIGMA_S: f64 = 0.58e-9;
 /// Widest interval of delays within the margin that counts as one (s): a normal log-likelihood of that
 /// deviation falls by the margin within √(2 MARGIN) deviations to each side.
@@ -32,7 +32,7 @@ pub(super) struct Decided {
     pub sigma_s: f64,
 }
 
-/// The single interval of delays that agrees with the data, or why there is none.
+/// The single interval of delays that agrees with the data, or the reason for which there is none.
 pub(super) fn decide(curve: &DelayCurve) -> Result<Decided, DelayError> {
     let log = &curve.log_likelihood;
     let best = best_of(log).unwrap_or_default();
@@ -87,7 +87,7 @@ fn step_s(curve: &DelayCurve) -> f64 {
     }
 }
 
-/// The points about the best that stay within the margin.
+/// The points about the best point that are within the margin.
 fn stretch_about(log: &[f64], best: usize) -> std::ops::Range<usize> {
     let least = log[best] - MARGIN;
     let start = (0..best).rev().take_while(|k| log[*k] >= least).last();

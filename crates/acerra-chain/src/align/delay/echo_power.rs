@@ -1,27 +1,29 @@
-//! Power of the strongest echo of an image: the coherent sum over the pulses that see a point is largest
-//! where their ranges are right.
+//! Power of the strongest echo of an image: the coherent sum over the pulses that observe a point is largest
+//! for correct ranges.
 //!
 //! Unlike the contrast of the whole image, a maximum does not grow where a target overlaps with its ghost or
-//! where its lobe widens towards the track: no pixel can sum more than the pulses hold.
+//! where its lobe widens towards the track: no pixel can sum more than the energy of the pulses.
 
 use acerra_imaging::metrics::{ImageView, strongest_maxima};
 use acerra_imaging::{Complex32, ImagingError, PlaneGrid};
 
-/// Maxima that are compared between pixels: the greatest on the pixels need not be the greatest.
+/// Number of maxima compared between pixels: the greatest on the pixels need not be the greatest between
+/// pixels.
 const COMPARED: usize = 6;
+/// Level of these maxima relative to the greatest, at least (dB).
 const FLOOR_DB: f64 = -3.0;
 
 /// The strongest echo of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StrongestEcho {
-    /// Logarithm of its power.
+    /// Logarithm of the power.
     pub log_power: f64,
-    /// The pixel nearest to the maximum (x, y), m; none in an empty image.
+    /// The pixel nearest to the maximum (x, y), m; `None` in an empty image.
     pub place_m: Option<[f64; 2]>,
 }
 
 impl StrongestEcho {
-    /// That of an image.
+    /// The strongest echo of `image`.
     ///
     /// # Errors
     /// An image of another size than its grid.
@@ -70,7 +72,7 @@ fn top_power(image: &[Complex32], grid: PlaneGrid, [x_m, y_m]: [f64; 2]) -> f64 
 mod tests {
     use super::*;
 
-    /// Points of unit power at places (m), each a Gaussian lobe of this width (m), on pixels of 2.5 cm.
+    /// Points of unit power at places (m), each a Gaussian lobe `width_m` wide (m), on pixels of 2.5 cm.
     fn image_of(points_m: &[[f64; 2]], width_m: f64) -> (Vec<Complex32>, PlaneGrid) {
         let grid = PlaneGrid::from_ranges([0.0, 6.0], [0.0, 4.0], 0.0, 0.025).unwrap();
         let at = |k: usize| {

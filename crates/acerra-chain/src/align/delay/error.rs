@@ -1,4 +1,4 @@
-//! Why a delay cannot be found.
+//! Reasons for which a delay cannot be found.
 
 use acerra_imaging::ImagingError;
 
@@ -11,7 +11,7 @@ const HALF_LIGHT_M_NS: f64 = 0.149_896_229;
 const SETTLING: &str = "one reflector at a known place settles the delay (acerra calibrate --reflector X,Y,Z), or \
                         one at a taped range from the radar at rest (--range-m; guide, \"Calibration\"), or state it";
 
-/// Why the fast time at which range is zero cannot be found.
+/// Reason for which the fast time of zero range cannot be found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DelayError {
@@ -27,11 +27,11 @@ pub enum DelayError {
     Ambiguous {
         /// The most likely delay (ns).
         first_ns: f64,
-        /// The next (ns).
+        /// The second most likely delay (ns).
         second_ns: f64,
-        /// Log-likelihood by which the first surpasses it.
+        /// Log-likelihood of the most likely delay less that of the second.
         margin: f64,
-        /// How much it must.
+        /// Required difference.
         needed: f64,
     },
     /// The data hardly depend on the delay.
@@ -53,7 +53,7 @@ pub enum DelayError {
     Uncertain {
         /// Standard deviation of the delay (ns).
         sigma_ns: f64,
-        /// The largest of a delay that is found (ns).
+        /// Largest accepted standard deviation (ns).
         most_ns: f64,
     },
     /// The strongest echo gets stronger up to the end of the delays tried.
@@ -62,7 +62,7 @@ pub enum DelayError {
          tried ({from_ns} to {to_ns} ns); {SETTLING}"
     )]
     AtEnd {
-        /// The end (ns).
+        /// End of the delays tried (ns).
         at_ns: f64,
         /// Smallest delay tried (ns).
         from_ns: f64,

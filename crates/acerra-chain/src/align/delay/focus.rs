@@ -15,30 +15,33 @@ use super::view::middle_hz;
 use crate::echoes::history::{Measured, distance_m};
 use crate::echoes::window::Budget;
 
-/// Contributions of traces to pixels in one image, and its pixels at most and at least.
+/// Contributions of traces to pixels in one image.
 const CONTRIBUTIONS: f64 = 2e7;
+/// Least and largest number of pixels of an image.
 const PIXELS: [f64; 2] = [10_000.0, 60_000.0];
-/// Delays at which maxima are looked for to lay out the pixels.
+/// Number of delays at which maxima are searched to place the pixels.
 const LOOKED_AT: usize = 5;
-/// Maxima whose coherence is computed: least level relative to the greatest (dB), and largest number.
+/// Least level of maxima whose coherence is computed, relative to the greatest (dB).
 const FLOOR_DB: f64 = -25.0;
+/// Largest number of these maxima.
 const MAXIMA: usize = 80;
-/// Echoes whose coherence counts, and their least distance (m).
+/// Number of echoes whose coherence counts.
 const ECHOES: usize = 4;
+/// Least distance of these echoes (m).
 const APART_M: f64 = 0.5;
 
-/// Clean traces whose strongest echo is looked for.
+/// Clean traces whose strongest echo is searched.
 pub(crate) struct Focus<'a> {
     trial: DelayTrial<'a>,
     spectrum: Spectrum,
     /// Weight of each trace.
     weights: Vec<f64>,
-    /// Delay that the spectra are cleaned at (s).
+    /// Delay at which the spectra were cleaned (s).
     cleaned_s: f64,
 }
 
 impl<'a> DelayTrial<'a> {
-    /// The traces cleaned at a delay; without a gate they hold for every other one.
+    /// The traces cleaned at a delay; without a gate they are valid for every other delay.
     pub(crate) fn focus_about(self, delay_s: f64) -> Result<Focus<'a>, DelayError> {
         Ok(Focus {
             spectrum: self.cleaned_at(delay_s, 0.0)?,
@@ -62,8 +65,9 @@ impl Focus<'_> {
         Ok((10.0 / LN_10 * echo.log_power, echo.place_m))
     }
 
-    /// Log-likelihood by how coherent the most coherent echoes on some pixels are, and the place of the first (x, y),
-    /// m. Their power would prefer delays that bring other, stronger echoes onto the pixels.
+    /// Log-likelihood by the coherence of the most coherent echoes on some pixels, and the place of the first
+    /// echo (x, y), m. The echoes' power would prefer delays that move other, stronger echoes onto the
+    /// pixels.
     pub fn most_coherent(
         &self,
         delay_s: f64,
@@ -106,8 +110,8 @@ impl Focus<'_> {
         ))
     }
 
-    /// Power of the coherent sum of a point's echoes, corrected for spreading, over the power that echoes of
-    /// the same amplitudes have in phase.
+    /// Power of the coherent sum of a point's echoes, corrected for spreading, over the power of the in-phase
+    /// sum of their amplitudes.
     fn coherence(&self, measured: &Measured<'_>, place_m: [f64; 3]) -> f64 {
         let history = measured.history(place_m);
         let places = measured.position_m.iter().zip(&self.weights);
@@ -116,7 +120,7 @@ impl Focus<'_> {
             if *weight <= 0.0 {
                 continue;
             }
-            // The echoes are weighed already.
+            // The echoes are weighted already.
             let value = echo * distance_m(*position_m, place_m).powi(2);
             sum += value;
             power += value.norm_sqr() / weight;
@@ -129,7 +133,8 @@ impl Focus<'_> {
         }
     }
 
-    /// The part of a rectangle that holds most of the strongest echoes at these delays, on pixels as fine as an echo.
+    /// The part of a rectangle that contains most of the strongest echoes at `delays_s`, on pixels as fine as
+    /// an echo.
     pub fn window(&self, whole: PlaneGrid, delays_s: &[f64]) -> Result<PlaneGrid, DelayError> {
         let traces = self.trial.aligned.position_m.len().max(1) as f64;
         let pixels = (CONTRIBUTIONS / traces).clamp(PIXELS[0], PIXELS[1]);

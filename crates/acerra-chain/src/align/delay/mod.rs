@@ -1,9 +1,9 @@
-//! The fast time at which range is zero, found from the data.
+//! Estimation of the delay, the fast time at which range is zero, from the data.
 //!
 //! A wrong delay lengthens all ranges equally. The curvature of a point's echoes over the aperture belongs to
 //! the true range, so that ranges ΔR too long leave a phase of 4πΔR(1 − cos θ)/λ at the angle θ from closest
-//! approach: its coherent sum is largest at the true delay, if the aperture subtends an angle. Surface echo
-//! and direct coupling give the interval that is searched.
+//! approach: the point's coherent sum is largest at the true delay, if the aperture subtends an angle.
+//! Surface echo and direct coupling give the interval that is searched.
 //!
 //! ```text
 //! traces at their places ─► images at every delay ─► power of the strongest echo ─┐

@@ -9,12 +9,12 @@ use num_complex::Complex64;
 use crate::echoes::sharpen::log_fourth_moment;
 use crate::echoes::{Searched, quick_look};
 
-/// Clean traces at their places, imaged as if range were zero at other fast times.
+/// Clean traces with their positions, imaged with range zero at other fast times.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayScan<'a> {
     /// Positions of the traces (m).
     pub position_m: &'a [[f64; 3]],
-    /// Their clean spectra.
+    /// Clean spectra of the traces.
     pub spectrum: &'a Spectrum,
     /// The pixels.
     pub grid: PlaneGrid,
@@ -30,7 +30,7 @@ pub struct ScanPoint {
     /// Contrast: logarithm of the mean of fourth powers of the amplitudes over the squared mean of
     /// their squares.
     pub log_contrast: f64,
-    /// Its standard deviation by the clutter between the targets.
+    /// Standard deviation of the contrast by the clutter between the targets.
     pub sigma: f64,
 }
 
@@ -56,12 +56,12 @@ impl DelayScan<'_> {
         0.5 * self.light_speed_m_s * reach_s
     }
 
-    /// The image with range zero `later_s` after the delay that the spectra were cleaned at, from tables of the same
-    /// traces.
+    /// The image with range zero `later_s` after the delay at which the spectra were cleaned, from tables of
+    /// the same traces.
     ///
     /// # Errors
     /// Data that the imaging operators refuse.
-    pub(super) fn looked_at(
+    pub(super) fn tabulated_image(
         &self,
         looks: &TrialImages,
         later_s: f64,
@@ -82,7 +82,7 @@ impl DelayScan<'_> {
         self.image_of(&self.spectrum_at(later_s), grid)
     }
 
-    /// The spectra with range zero `later_s` after the delay that they were cleaned at.
+    /// The spectra with range zero `later_s` after the delay at which they were cleaned.
     pub(super) fn spectrum_at(&self, later_s: f64) -> Spectrum {
         delayed(self.spectrum, -later_s)
     }
@@ -100,7 +100,7 @@ impl DelayScan<'_> {
     }
 }
 
-/// The spectra of echoes that come later by `later_s`.
+/// The spectra of echoes delayed by `later_s`.
 #[must_use]
 pub fn delayed(spectrum: &Spectrum, later_s: f64) -> Spectrum {
     let turn: Vec<Complex64> = spectrum

@@ -26,19 +26,18 @@ use crate::position::aligned::Aligned;
 use crate::read::RadarContent;
 use crate::scene::Scene;
 
-/// How a delay was found.
+/// A delay found from the data, with its evidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DelayFound {
     /// Fast time at which range is zero (s).
     pub delay_s: f64,
-    /// Its standard deviation (s).
+    /// Standard deviation of the delay (s).
     pub sigma_s: f64,
-    /// The most likely delay that is not of the same maximum (s), and the log-likelihood by which it
-    /// is surpassed.
+    /// The most likely delay of another maximum (s), and the difference of the log-likelihoods.
     pub second: Option<(f64, f64)>,
     /// The delay by the echo that follows the height, where one does.
     pub surface: Option<DelayCue>,
-    /// The delay by the direct coupling, where it is seen.
+    /// The delay by the direct coupling, where the window contains it.
     pub coupling: Option<DelayCue>,
     /// Sharpness and cues together.
     pub curve: DelayCurve,
@@ -49,15 +48,15 @@ pub struct DelayFound {
 pub struct DelayTrial<'a> {
     /// The radar log.
     pub radar: &'a RadarContent,
-    /// Its traces at their places.
+    /// The traces with their positions.
     pub aligned: &'a Aligned,
-    /// What was flown over.
+    /// The scene below the flight.
     pub scene: &'a Scene,
-    /// How the traces are cleaned.
+    /// Options of the cleaning.
     pub clean: &'a CleanOptions,
     /// The delay by the echo that follows the height, where one does.
     pub surface: Option<DelayCue>,
-    /// The delay by the direct coupling, where it is seen.
+    /// The delay by the direct coupling, where the window contains it.
     pub coupling: Option<DelayCue>,
 }
 
@@ -68,8 +67,9 @@ const TRIED_S: [f64; 2] = [-1e-9, 20e-9];
 const STEP_S: f64 = 0.15e-9;
 /// Largest change of the delay for which cleaned traces are used again, as the gate moves with the delay (s).
 const BLOCK_S: f64 = 3e-9;
-/// Contributions of traces to pixels in one image, and its pixels at most and at least.
+/// Contributions of traces to pixels in one image.
 const CONTRIBUTIONS: f64 = 1e8;
+/// Least and largest number of pixels of an image.
 const PIXELS: [f64; 2] = [20_000.0, 250_000.0];
 /// Variance of the echoes' phases by errors of positions, antenna and ground (a loss of one decibel of the
 /// coherent sum), and the number of independent errors over an aperture, as errors of positions last for
@@ -86,7 +86,7 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
     let RadarContent::Radargram(_) = trial.radar else {
         return Err(DelayError::Spectra);
     };
-    if !trial.view()?.tells_delay() {
+    if !trial.view()?.determines_delay() {
         return Err(DelayError::Vague {
             from_ns: 1e9 * TRIED_S[0],
             to_ns: 1e9 * TRIED_S[1],
@@ -119,7 +119,7 @@ pub fn find_delay(trial: DelayTrial<'_>, control: &Control<'_>) -> Result<DelayF
 }
 
 impl DelayTrial<'_> {
-    /// The image as its traces see it.
+    /// View of the image from the traces.
     fn view(&self) -> Result<View<'_>, DelayError> {
         Ok(View {
             position_m: &self.aligned.position_m,
@@ -143,7 +143,7 @@ impl DelayTrial<'_> {
         Budget::new(pixels, middle_hz, self.scene.light_speed_m_s)
     }
 
-    /// Cleaned traces on pixels to image them on.
+    /// The scan of cleaned traces on the pixels `grid`.
     pub(super) fn on<'s>(&'s self, spectrum: &'s Spectrum, grid: PlaneGrid) -> DelayScan<'s> {
         DelayScan {
             position_m: &self.aligned.position_m,
@@ -153,7 +153,7 @@ impl DelayTrial<'_> {
         }
     }
 
-    /// Sensitivity of the delay to errors of ranges, by the echo that is strongest at the delay.
+    /// Sensitivity of the delay to errors of the ranges of the strongest echo.
     fn sensitivity(
         &self,
         delay_s: f64,
@@ -176,8 +176,8 @@ impl DelayTrial<'_> {
         }))
     }
 
-    /// Deviation (s) of the delay at which an echo is strongest by the errors that the positions state: those that all
-    /// traces have in common, and those that vary.
+    /// Standard deviation (s) of the delay at which an echo is strongest, from the stated errors of the
+    /// positions: common errors of all traces, and varying ones.
     fn by_positions_s(&self, delay_s: f64, echo: StrongestEcho) -> Result<f64, DelayError> {
         let stated_m = &self.aligned.sigma_m;
         let Some([x_m, y_m]) = echo.place_m.filter(|_| !stated_m.is_empty()) else {
@@ -220,7 +220,7 @@ impl DelayTrial<'_> {
             let echo_at = |k: usize| {
                 control.check()?;
                 let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
-                let image = scan.looked_at(&looks, delay_s - middle_s, grid)?;
+                let image = scan.tabulated_image(&looks, delay_s - middle_s, grid)?;
                 let echo = StrongestEcho::of(&image, grid)?;
                 control.at(done.fetch_add(1, Ordering::Relaxed) + 1);
                 Ok((delay_s, echo))
@@ -259,8 +259,9 @@ impl DelayTrial<'_> {
             gate_ns,
             ..self.clean.clone()
         };
-        let unsaid = &mut Warnings::default();
-        let mut spectrum = clean(self.radar, self.aligned, self.scene, &options, unsaid)?.spectrum;
+        let discarded = &mut Warnings::default();
+        let mut spectrum =
+            clean(self.radar, self.aligned, self.scene, &options, discarded)?.spectrum;
         let width = spectrum.frequency_hz.len().max(1);
         for (trace, weight) in spectrum.values.chunks_mut(width).zip(self.weights()) {
             trace.iter_mut().for_each(|v| *v *= weight);
@@ -268,7 +269,7 @@ impl DelayTrial<'_> {
         Ok(spectrum)
     }
 
-    /// Log-likelihood of every delay tried by strongest echo, surface echo and coupling, 0 at best.
+    /// Log-likelihood of every delay tried, from strongest echo, surface echo and coupling, 0 at best.
     fn weighed(&self, tried: &[(f64, StrongestEcho)]) -> DelayCurve {
         let cues = [self.surface, self.coupling];
         let log_likelihood = |(delay_s, echo): &(f64, StrongestEcho)| {
@@ -287,7 +288,7 @@ impl DelayTrial<'_> {
         curve
     }
 
-    /// The delay at which the strongest echoes are sharpest, each by itself (s).
+    /// The delay at which the strongest echoes are sharpest, each on a separate patch (s).
     fn on_single_targets(
         &self,
         about_s: f64,

@@ -13,20 +13,20 @@ use nalgebra::{Matrix3, Vector3};
 const MOST_NODES: usize = 256;
 /// Ratio of one correlation time tried to the next.
 const LONGER: f64 = 1.5;
-/// The shortest correlation time tried (s): an interval of receivers.
+/// The shortest correlation time tried (s): the interval of a receiver at 5 Hz.
 const SHORTEST_S: f64 = 0.2;
-/// Prior deviation of the echo's shift along each axis (m), which counts where the data hardly bound the shift.
+/// Prior deviation of the echo's shift along each axis (m), effective where the data hardly bound the shift.
 const SHIFT_SIGMA_M: f64 = 10.0;
 
-/// An echo as traces see it.
+/// Geometry and amplitude of an echo.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen<'a> {
     /// Time (s) and place (m) of each trace.
     pub time_s: &'a [f64],
     pub position_m: &'a [[f64; 3]],
-    /// Amplitude of the echo in each.
+    /// Amplitude of the echo in each trace.
     pub amplitude: &'a [f64],
-    /// Where the echo is (m).
+    /// Place of the echo (m).
     pub place_m: [f64; 3],
     /// Mean and standard deviation of the wavenumbers (rad/m).
     pub wavenumber_rad_m: [f64; 2],
@@ -42,7 +42,7 @@ pub(super) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Sensitivity by an echo; none where the echo has no power or does not determine the delay.
+    /// Sensitivity by an echo; `None` where the echo has no power or does not determine the delay.
     pub fn of(seen: Seen<'_>) -> Option<Self> {
         let total: f64 = seen.amplitude.iter().sum();
         if total <= 0.0 {
@@ -70,7 +70,7 @@ impl Sensitivity {
             normal += weighed(*w, u) * row(u).transpose();
         }
         let inverse = normal.try_inverse()?;
-        // A trace further along the direction sees the echo nearer.
+        // A trace displaced along the direction is nearer to the echo.
         let by_position = weight.iter().zip(&direction).map(|(w, u)| {
             let by_range = (inverse.row(0) * weighed(*w, u))[0];
             (u * -by_range).into()
@@ -82,14 +82,14 @@ impl Sensitivity {
         })
     }
 
-    /// Deviation of the range (m) by errors of the positions with these deviations along each axis (m):
-    /// errors that all traces have in common, and errors that vary.
+    /// Standard deviation of the range (m) by position errors with the deviations `sigma_m` along each axis
+    /// (m): a common error of all traces, and varying errors.
     pub fn deviation_m(&self, sigma_m: &[[f64; 3]]) -> f64 {
         self.by_common_m(sigma_m).hypot(self.by_varying_m(sigma_m))
     }
 
-    /// Deviation of the range (m) by errors that all traces have in common, with these deviations along each
-    /// axis (m).
+    /// Standard deviation of the range (m) by a common error of all traces, with the deviations `sigma_m`
+    /// along each axis (m).
     fn by_common_m(&self, sigma_m: &[[f64; 3]]) -> f64 {
         let mut sum = [0.0; 3];
         for (b, sigma_m) in self.by_position.iter().zip(sigma_m) {
@@ -98,9 +98,9 @@ impl Sensitivity {
         sum.iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 
-    /// Deviation of the range (m) by errors with these deviations (m) about the common error. The correlation
-    /// time of the errors is not known: the largest deviation over all correlation times up to the duration
-    /// counts.
+    /// Standard deviation of the range (m) by varying errors with the deviations `sigma_m` (m). Since the
+    /// correlation time of the errors is unknown, the largest deviation over all correlation times up to the
+    /// duration is returned.
     fn by_varying_m(&self, sigma_m: &[[f64; 3]]) -> f64 {
         let nodes = self.nodes(sigma_m);
         let [Some(first), Some(last)] = [self.time_s.first(), self.time_s.last()] else {
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn the_loss_of_the_coherent_sum_is_least_there() {
-        // Heights that bend by 4 mm: the loss over r, Δx and Δy, by steps downhill.
+        // Heights bent by 4 mm: the loss over r, Δx and Δy is minimised by descent.
         let (time_s, position_m) = track();
         let sensitivity = sensitivity(&time_s, &position_m);
         let bend_m = |t: f64| 4e-3 * ((t - 3.75) / 3.75).powi(2);
@@ -250,18 +250,18 @@ mod tests {
             .collect();
         let below_m = sensitivity(&time_s, &below_m).by_common_m(&off_m);
         assert!((5e-3..0.02).contains(&below_m), "{below_m}");
-        // Level errors in common move the echo alone.
+        // Common horizontal errors only move the echo.
         let level_m = sensitivity(&time_s, &position_m).by_common_m(&[[0.01, 0.01, 0.0]; TRACES]);
         assert!(level_m < 1e-4, "{level_m}");
     }
 
     #[test]
     fn deviations_are_those_of_errors_drawn() {
-        // White errors: the sum of squares.
+        // White errors add up as a sum of squares.
         let nodes: Vec<(f64, [f64; 3])> = (0..9).map(|k| (f64::from(k), [0.0, 0.5, 0.1])).collect();
         let white_m = correlated_m(&nodes, Correlation::White);
         assert!((white_m - (9.0_f64 * 0.26).sqrt()).abs() < 1e-12);
-        // Errors that last: the sum.
+        // Lasting errors add up linearly.
         let lasting_m = correlated_m(&nodes, Correlation::Matern32 { length: 1e6 });
         assert!((lasting_m - 9.0 * 0.26_f64.sqrt()).abs() < 1e-6);
         let (time_s, position_m) = track();

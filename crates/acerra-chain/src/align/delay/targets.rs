@@ -1,4 +1,4 @@
-//! The delay at which the strongest echoes are sharpest, each by itself.
+//! The delay at which the strongest echoes are sharpest, each on a separate patch.
 
 use acerra_imaging::{PlaneGrid, TrialImages};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ const STEP_S: f64 = 0.05e-9;
 pub(super) const REACH_S: f64 = 0.6e-9;
 
 impl DelayScan<'_> {
-    /// The delay, relative to that of the spectra, at which the strongest echoes are sharpest.
+    /// The delay, relative to the delay of the spectra, at which the strongest echoes are sharpest.
     pub(super) fn sharpest_targets(
         &self,
         control: &Control<'_>,
@@ -29,7 +29,7 @@ impl DelayScan<'_> {
         let scores_at = |later_s: &f64| {
             control.check()?;
             let score = |(patch, looks): (&PlaneGrid, &TrialImages)| {
-                let image = self.looked_at(looks, *later_s, *patch)?;
+                let image = self.tabulated_image(looks, *later_s, *patch)?;
                 Ok::<_, DelayError>(log_fourth_moment(&image))
             };
             patches

@@ -1,11 +1,11 @@
-//! Whether the pixels are seen under angles that determine the delay.
+//! Test whether the angles of view determine the delay.
 
 use acerra_imaging::PlaneGrid;
 
-/// Error of the delay that some pixel must show (s).
+/// Error of the delay that must defocus some pixel (s).
 const ERROR_S: f64 = 1e-9;
 
-/// An image as its traces see it.
+/// Pixels of an image, and the positions from which they are seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub position_m: &'a [[f64; 3]],
@@ -17,8 +17,8 @@ pub(super) struct View<'a> {
 impl View<'_> {
     /// Whether some pixel is seen under angles so different that an error [`ERROR_S`] of the delay defocuses
     /// the pixel: ranges ΔR too long bend the pixel's echoes by ΔR(1 − R₀/R₁) from the nearest range R₀ to
-    /// the farthest R₁, and λ/8 of that is a quarter of a turn.
-    pub fn tells_delay(&self) -> bool {
+    /// the farthest R₁, and a bend of λ/8 is a quarter of a turn.
+    pub fn determines_delay(&self) -> bool {
         let wavelength_m = self.light_speed_m_s / self.middle_hz;
         let error_m = 0.5 * self.light_speed_m_s * ERROR_S;
         let along = |count: usize| (0..=8).map(move |k| count.saturating_sub(1) * k / 8);

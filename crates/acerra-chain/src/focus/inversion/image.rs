@@ -1,4 +1,4 @@
-//! From echoes to the image of a scene that was solved for.
+//! Image of a scene by inversion of the echoes.
 
 use std::ops::Range;
 
@@ -20,27 +20,27 @@ use crate::focus::sink::ImageSink;
 use crate::focus::volume::assemble_volume;
 use crate::focus::{Focused, ImageRequest, looking, parts_within, plan_options};
 
-/// Echoes, their tracks, and the ranges that they hold.
+/// Echoes, their tracks, and the ranges covered by the echoes.
 #[derive(Clone, Copy, Debug)]
 pub struct InversionInput<'a> {
     /// Clean spectra at their places.
     pub echoes: Echoes<'a>,
     /// The tracks' ranges of pulses.
     pub parts: &'a [Range<usize>],
-    /// Nearest and farthest range that the data of each trace hold (m).
+    /// Nearest and farthest range covered by the data of each trace (m).
     pub held_m: &'a [[f64; 2]],
 }
 
-/// Operators are more accurate than the image, within these bounds: a solver amplifies their errors, tenfold
-/// at a threshold of −20 dB.
+/// Accuracy of the operators as a share of the image's accuracy: a solver amplifies the operators' errors,
+/// tenfold at a threshold of −20 dB.
 const ACCURACY_SHARE: f64 = 0.3;
 const ACCURACY: [f64; 2] = [1e-5, 3e-4];
 
-/// Solves for the scene; a volume's slices go to the sink.
+/// Images the scene by inversion; a volume's slices go to the sink.
 ///
 /// # Errors
-/// Looks, tracks summed by power (but by `"sparse"`) and volumes of `"clean"`, which are not solved for; data that the operators
-/// refuse; more memory than there is; cancellation.
+/// Looks, tracks summed by power (except by `"sparse"`) and volumes by `"clean"`, for which no inversion
+/// exists; data that the operators refuse; more memory than is available; cancellation.
 pub fn invert(
     input: InversionInput<'_>,
     request: &ImageRequest,
@@ -132,7 +132,7 @@ fn refuse_what_is_not_solved_for(
     Ok(())
 }
 
-/// Indices of the imaged pulses, and data on them.
+/// The imaged pulses and their data.
 struct Survey<'a> {
     pulses: Pulses<'a>,
     height_m: &'a [f64],
@@ -140,7 +140,7 @@ struct Survey<'a> {
     parts: Vec<Range<usize>>,
 }
 
-/// An image and how it was made.
+/// An image and the record of its inversion.
 struct Made {
     image: Vec<Complex32>,
     explained: String,
@@ -168,7 +168,7 @@ fn meaning(method: Method) -> &'static str {
 }
 
 impl Survey<'_> {
-    /// All pulses explain one scene.
+    /// One scene that explains all pulses.
     fn solve_jointly(
         &self,
         request: &ImageRequest,
@@ -205,8 +205,8 @@ impl Survey<'_> {
         })
     }
 
-    /// Every track explains a separate scene, bright at the same pixels; the image is the root of the sum of
-    /// their powers.
+    /// A separate scene for every track, bright at the same pixels; the image is the root of the sum of their
+    /// powers.
     fn solve_grouped(
         &self,
         request: &ImageRequest,
@@ -308,7 +308,7 @@ impl Survey<'_> {
         request: &ImageRequest,
     ) -> Setting<'s> {
         let flight = operator.flight();
-        // Of N values of circular noise the greatest is √(ln N) times their deviation.
+        // The greatest of N values of circular noise is √(ln N) times their standard deviation.
         let cells = (operator.pixels().min(operator.samples()) as f64).max(2.0);
         Setting {
             operator,

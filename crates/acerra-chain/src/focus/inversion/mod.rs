@@ -1,4 +1,4 @@
-//! Solving for the scene instead of only back-projecting it: `[image] method`.
+//! Inversion for the scene instead of backprojection: `[image] method`.
 //!
 //! ```text
 //! Echoes ──► Flight ──► noise level ──► solver ──► scene ──► Focused

@@ -1,20 +1,20 @@
-//! Samples of noise alone: those before the first echo.
+//! Noise level, measured on the samples before the first echo.
 
 use acerra_imaging::{Complex64, PlaneGrid};
 use acerra_invert::{Flight, InvertError, NoiseLevel, measure_noise};
 
 use crate::scene::pixels::Pixels;
 
-/// Noise measured, and the share of the unambiguous range that the data hold.
+/// Noise level, and the share of the unambiguous range covered by the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseFound {
-    /// Its level.
+    /// The noise level.
     pub level: NoiseLevel,
-    /// The share held, the rest being zero.
+    /// Share of the unambiguous range covered by the data; the rest is zero.
     pub held: f64,
 }
 
-/// Nearest range that is looked at, m: nearer echoes are the rest of the direct coupling.
+/// Nearest range that is used, m: nearer echoes are residues of the direct coupling.
 const NEAREST_M: f64 = 0.5;
 
 /// Measures the noise at ranges nearer than the ground (`height_m` below each trace) and every pixel,

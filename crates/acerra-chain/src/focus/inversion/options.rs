@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// `[image] method`: how the image is made of the echoes.
+/// `[image] method`: method of imaging the echoes.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
@@ -16,12 +16,12 @@ pub enum Method {
     Cgls,
     /// The sparsest scene that explains the echoes up to the noise.
     Sparse,
-    /// Points taken off one after another, put back without sidelobes.
+    /// Points subtracted one after another, and restored without sidelobes.
     Clean,
 }
 
 impl Method {
-    /// Its name in a campaign.
+    /// Name of the method in a campaign.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -72,17 +72,17 @@ impl Default for InversionSection {
     }
 }
 
-/// The method and its parameters.
+/// Method and parameters of an inversion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InversionOptions {
     /// The method.
     pub method: Method,
-    /// Its parameters.
+    /// Parameters of the method.
     pub parameters: InversionSection,
 }
 
 impl InversionOptions {
-    /// Most iterations.
+    /// Largest number of iterations.
     #[must_use]
     pub fn max_iterations(&self) -> usize {
         self.parameters.max_iterations.unwrap_or(match self.method {

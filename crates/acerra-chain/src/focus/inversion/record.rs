@@ -14,17 +14,17 @@ pub struct InversionRecord {
     pub meaning: &'static str,
     /// The parameter in force.
     pub parameter: ParameterRecord,
-    /// Effective number of parameters, pixels that are not zero, or components.
+    /// Number of effective parameters, of non-zero pixels, or of components.
     pub parameters: f64,
-    /// Why the solver stopped.
+    /// Reason for which the solver stopped.
     pub stop: Stop,
-    /// Its iterations: residual ‖d − Lσ‖/‖d‖, and the quantity of the stop rule.
+    /// Iterations of the solver: residual ‖d − Lσ‖/‖d‖, and the quantity of the stop rule.
     pub iterations: Vec<Iteration>,
     /// ‖d − Lσ‖/‖d‖ of the image.
     pub residual: f64,
     /// The noise, where the data determine it.
     pub noise: Option<NoiseRecord>,
-    /// The method's image of single points at the strongest targets, and the adjoint's.
+    /// Images of single points at the strongest targets, by the method and by the adjoint.
     pub resolution: Vec<ResolutionRecord>,
     /// Relative error of the operators, forward and adjoint.
     pub operator_accuracy: f64,
@@ -33,25 +33,25 @@ pub struct InversionRecord {
 /// The parameter of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ParameterRecord {
-    /// What it is.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the parameter.
     pub value: f64,
-    /// How it was chosen.
+    /// Origin of the value.
     pub choice: Chosen,
 }
 
-/// How a parameter was chosen.
+/// Origin of a parameter's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Chosen {
-    /// By the campaign, or its default.
+    /// Given by the campaign, or the default.
     Given,
-    /// By the noise measured.
+    /// Choice by the measured noise.
     Noise,
-    /// By the L-curve.
+    /// Choice by the L-curve.
     LCurve,
-    /// The least that is sensible, where noise is lower or not known.
+    /// The least sensible value, where noise is lower or not known.
     Floor,
 }
 
@@ -72,17 +72,17 @@ pub struct NoiseRecord {
     pub sigma: f64,
     /// ‖noise‖/‖d‖: the residual that noise alone would leave.
     pub expected_residual: f64,
-    /// Range cells in front of the first echo that determined it.
+    /// Number of range cells before the first echo from which the noise was measured.
     pub cells: usize,
 }
 
 /// The images of a unit point by the method and by the adjoint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ResolutionRecord {
-    /// Where the point is, m.
+    /// Place of the point, m.
     pub point_m: [f64; 3],
-    /// By the method; none where its image is empty.
+    /// Response by the method; `None` where the method's image is empty.
     pub method: Option<PointResponse>,
-    /// By the adjoint, normalised to the reflectivity of a point.
+    /// Response by the adjoint, normalised to the reflectivity of a point.
     pub adjoint: Option<PointResponse>,
 }

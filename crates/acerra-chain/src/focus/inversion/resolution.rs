@@ -11,11 +11,11 @@ use super::record::ResolutionRecord;
 use super::solve::{Setting, Solved, solve};
 use crate::scene::pixels::Pixels;
 
-/// Targets this far below the strongest are not looked at, in amplitude.
+/// Least amplitude of a target relative to the strongest.
 const WEAKEST: f64 = 0.25;
-/// Least distance of a target from those before, in resolution cells.
+/// Least distance of a target from stronger ones, in resolution cells.
 const APART_CELLS: f64 = 6.0;
-/// Offset of the points from the pixels' centres, as of real ones, in pixels.
+/// Offset of the points from the pixels' centres, in pixels: real points are off the grid.
 const OFF_GRID: [f64; 2] = [0.37, 0.29];
 
 /// Applies the method to the echoes of a point at each of the strongest targets of `image`.
@@ -33,7 +33,7 @@ pub(super) fn at_strongest(
     for point_m in strongest(operator, image, pixels, count) {
         let mut unit = vec![Complex64::ZERO; operator.samples()];
         flight.add_echo(point_m, Complex64::ONE, &mut unit);
-        // As strong as the target itself: sparse methods and CLEAN are not linear.
+        // The point is as strong as the target, since sparse methods and CLEAN are not linear.
         let norm = flight.column_norm(point_m);
         let amplitude = flight.correlate(point_m, data).norm() / (norm * norm);
         if !(amplitude > 0.0 && amplitude.is_finite()) {
@@ -52,7 +52,7 @@ pub(super) fn at_strongest(
     Ok(records)
 }
 
-/// The adjoint as the reflectivity that a point would need: ⟨Lᵢ, d⟩/‖Lᵢ‖².
+/// The adjoint normalised to the reflectivity of a point: ⟨Lᵢ, d⟩/‖Lᵢ‖².
 fn adjoint_of(
     operator: &SceneOperator<'_>,
     weight: &[f32],

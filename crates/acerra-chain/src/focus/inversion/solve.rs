@@ -13,39 +13,39 @@ use super::record::{Chosen, ParameterRecord};
 /// Inputs of a solver in addition to the data.
 pub(super) struct Setting<'a> {
     pub operator: &'a SceneOperator<'a>,
-    /// Weights that make the columns even.
+    /// Weights that normalise the columns.
     pub weight: &'a [f32],
     pub options: InversionOptions,
     /// ‖noise‖ in the data.
     pub noise_norm: Option<f64>,
-    /// Correlation with noise that is exceeded nowhere in the image.
+    /// Correlation with noise that no pixel of the image exceeds.
     pub noise_peak: Option<f64>,
     pub memory_limit_bytes: u128,
 }
 
-/// A scene, reflectivity by reflectivity, and how it was found.
+/// The reflectivities of a scene, and the record of the solver.
 pub(super) struct Solved {
     pub scene: Vec<Complex64>,
     pub parameter: ParameterRecord,
-    /// λ or the threshold of CLEAN as such, to apply the same to other data.
+    /// Absolute value of λ or of the threshold of CLEAN, for use on other data.
     pub absolute: Option<f64>,
     pub parameters: f64,
     pub history: History,
     pub memory_bytes: u128,
 }
 
-/// Relative change of the solution that ends the iterations. Singular values at a sharp threshold enter
-/// and leave until they are found, so that a truncation settles to a few parts in a hundred only.
+/// Relative change of the solution that ends the iterations. Singular values near a sharp threshold enter and
+/// leave until they have converged, so that a truncation settles to a few per cent only.
 const TRUNCATED_TOLERANCE: f64 = 5e-2;
 const DAMPED_TOLERANCE: f64 = 1e-2;
 /// Duality gap of a sparse scene.
 const SPARSE_TOLERANCE: f64 = 1e-3;
-/// λ and thresholds of CLEAN are no further below the strongest than this: the errors of positions and model
-/// exceed −30 dB.
+/// Least λ and least threshold of CLEAN relative to the strongest value: errors of positions and model exceed
+/// −30 dB.
 const LEAST_SHARE: f64 = 0.03;
 const MAX_COMPONENTS: usize = 20_000;
 
-/// Solves for the scene of `data`; `absolute` states λ or the threshold of CLEAN as such.
+/// Solves for the scene of `data`; `absolute` is the absolute value of λ or of the threshold of CLEAN.
 pub(super) fn solve(
     setting: &Setting<'_>,
     data: &[Complex64],
@@ -121,7 +121,7 @@ fn spectral(
     })
 }
 
-/// The sparse scenes of one or more tracks, in even columns.
+/// The sparse scenes of one or more tracks, in normalised columns.
 pub(super) fn sparse(
     setting: &Setting<'_>,
     tracks: &[TrackData<'_>],
@@ -212,7 +212,7 @@ fn clean_points(
     })
 }
 
-/// The level that noise exceeds nowhere, at least the least share of the strongest.
+/// The level that noise does not exceed at any pixel, but at least [`LEAST_SHARE`] of the strongest.
 fn above_noise(noise_peak: Option<f64>, greatest: f64) -> (f64, Chosen) {
     let floor = LEAST_SHARE * greatest;
     match noise_peak {

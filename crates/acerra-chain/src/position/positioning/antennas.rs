@@ -12,10 +12,10 @@ use acerra_gnss::{ObservationData, PpkOptions};
 
 use super::PositioningError;
 
-/// Where antenna calibrations come from.
+/// Source of antenna calibrations.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AntennaInput {
-    /// An ANTEX file; without one antennas count as points.
+    /// An ANTEX file; without a file antennas count as points.
     pub file: Option<PathBuf>,
     /// The rover's antenna.
     pub rover: AntennaName,
@@ -23,20 +23,20 @@ pub struct AntennaInput {
     pub base: AntennaName,
 }
 
-/// Which antenna a receiver has.
+/// Antenna of a receiver.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AntennaName {
-    /// The antenna that the log's header names.
+    /// The antenna named in the log's header.
     #[default]
     Header,
-    /// This one.
+    /// The antenna of the given name.
     Given(String),
-    /// Not corrected.
+    /// No correction.
     None,
 }
 
 impl From<&ConfInputs> for AntennaInput {
-    /// As in RTKLIB's settings: an empty name is no antenna, `*` is the log's.
+    /// Meaning of names as in RTKLIB's settings: an empty name is no antenna, `*` the antenna of the log.
     fn from(conf: &ConfInputs) -> Self {
         let named = |name: &str| match name {
             "" => AntennaName::None,
@@ -52,7 +52,7 @@ impl From<&ConfInputs> for AntennaInput {
 }
 
 impl AntennaInput {
-    /// These, or no file where neither antenna is to be corrected.
+    /// This input, without the file where neither antenna is corrected.
     #[must_use]
     pub fn if_any(self) -> Self {
         match self.rover == AntennaName::None && self.base == AntennaName::None {
@@ -61,11 +61,10 @@ impl AntennaInput {
         }
     }
 
-    /// The options with the calibrations of rover and base, and a warning about each that is not
-    /// there.
+    /// The options with the calibrations of rover and base, and a warning about each missing calibration.
     ///
     /// # Errors
-    /// A file that cannot be read; an antenna given by name that is not in it.
+    /// A file that cannot be read; an antenna given by name that the file lacks.
     pub(super) fn apply(
         &self,
         options: &PpkOptions,

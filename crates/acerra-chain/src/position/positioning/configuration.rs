@@ -1,4 +1,4 @@
-//! The RTKLIB configuration that a campaign's positioning follows.
+//! The RTKLIB configuration of a campaign's positioning.
 
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -12,17 +12,17 @@ use super::antennas::AntennaInput;
 /// Settings of a configuration file for a campaign's positioning.
 #[derive(Clone, Debug)]
 pub struct GnssConfiguration {
-    /// The options, with the safeguards that `acerra ppk` gives them.
+    /// The options, with the safeguards of `acerra ppk`.
     pub options: PpkOptions,
     /// Whether precise orbits must be among the navigation files.
     pub needs_precise_orbits: bool,
-    /// Antenna calibrations; their file is found from the configuration's folder.
+    /// Antenna calibrations; the path of their file is relative to the configuration's folder.
     pub antennas: AntennaInput,
     /// Settings that are not followed.
     pub not_followed: Vec<NotFollowed>,
 }
 
-/// Why a configuration cannot be read.
+/// Reason for which a configuration cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GnssConfigurationError {
@@ -31,10 +31,10 @@ pub enum GnssConfigurationError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
-    /// The content is no configuration.
+    /// The content is not a configuration.
     #[error("{}: {cause}", path.display())]
     Content {
         /// The file.
@@ -48,7 +48,7 @@ impl GnssConfiguration {
     /// Reads the configuration at `path`.
     ///
     /// # Errors
-    /// A file that cannot be opened or is no configuration; its name is in the message.
+    /// A file that cannot be opened or is not a configuration; the message contains the file's name.
     pub fn read(path: &Path) -> Result<Self, GnssConfigurationError> {
         let file = File::open(path).map_err(|cause| GnssConfigurationError::Open {
             path: path.to_owned(),

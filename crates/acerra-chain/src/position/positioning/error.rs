@@ -1,4 +1,4 @@
-//! Why positions cannot be computed from GNSS logs.
+//! Reasons why positions cannot be computed from GNSS logs.
 
 use std::io;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use acerra_gnss::PpkError;
 use acerra_gnss::input::ReadError;
 
-/// Why positions cannot be computed from GNSS logs.
+/// Reason for which positions cannot be computed from GNSS logs.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PositioningError {
@@ -15,7 +15,7 @@ pub enum PositioningError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         cause: io::Error,
     },
     /// A file that is damaged or of no known format.
@@ -26,14 +26,14 @@ pub enum PositioningError {
         /// The place in it, what was expected and what was found.
         cause: ReadError,
     },
-    /// A file that holds something else than its place asks for.
+    /// A file with another kind of content than required.
     #[error("{}: expected {expected}, found {found}", path.display())]
     Kind {
         /// The file.
         path: PathBuf,
-        /// What is needed of it.
+        /// Content required.
         expected: &'static str,
-        /// What it is.
+        /// Content found.
         found: String,
     },
     /// No base in a mode that needs one.
@@ -48,12 +48,12 @@ pub enum PositioningError {
     /// No precise orbits where the settings require them.
     #[error("pos1-sateph = precise needs precise orbits: give an SP3 file")]
     NoPreciseOrbits,
-    /// A log that does not give its week, and no other file that does.
+    /// A log without the week, where no other file gives the week.
     #[error("{} (--date): {cause}", path.display())]
     Date {
         /// The file.
         path: PathBuf,
-        /// What is missing.
+        /// Missing part.
         cause: ReadError,
     },
     /// An antenna given by name that has no calibration.
@@ -69,19 +69,19 @@ pub enum PositioningError {
     /// No solution from the data of certain files.
     #[error("{files}: {cause}")]
     Solution {
-        /// The files that the cause is about.
+        /// The files concerned.
         files: String,
-        /// Why.
+        /// Cause.
         cause: PpkError,
     },
-    /// No solution for a reason that no single file bears.
+    /// No solution, for a reason that concerns no single file.
     #[error(transparent)]
     Process(PpkError),
 }
 
 impl PositioningError {
-    /// Median of the base's own single-point positions (ECEF, m), where the base's position is missing and the
-    /// measurements give one.
+    /// Median of the base's single-point positions (ECEF, m), where the base's position is missing and the
+    /// measurements determine single-point positions.
     #[must_use]
     pub fn suggested_base_ecef_m(&self) -> Option<[f64; 3]> {
         match self {

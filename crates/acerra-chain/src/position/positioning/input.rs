@@ -15,10 +15,10 @@ pub struct PositioningInput {
     pub more_rover: Vec<PathBuf>,
     /// The base's log; not needed in single-point mode.
     pub base: Option<PathBuf>,
-    /// Further files of the base's receiver, such as those of later hours.
+    /// Further files of the base's receiver, for example of later hours.
     pub more_base: Vec<PathBuf>,
-    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs of rover and base hold
-    /// their own ephemerides.
+    /// Navigation files: broadcast ephemerides, SP3 orbits, RINEX clocks. Raw logs of rover and base contain
+    /// ephemerides too.
     pub navigation: Vec<PathBuf>,
     /// Any time within half a week of logs that do not give their week (RTCM 3).
     pub date: Option<GpsTime>,

@@ -1,4 +1,4 @@
-//! From GNSS files to a rover's positions: reading, positioning, and remarks.
+//! Positions of a rover from GNSS files: reading, positioning, and remarks.
 //!
 //! [`run`] serves `acerra ppk` and a campaign's `[gnss]` section.
 
@@ -31,7 +31,7 @@ pub use summary::{
 /// A finished positioning run.
 #[derive(Clone, Debug)]
 pub struct Positioning {
-    /// The positions and their story.
+    /// The positions and the record of their computation.
     pub solution: PpkSolution,
     /// Kind of each file and its dropped records, in the order read.
     pub files: Vec<(PathBuf, ReadReport)>,
@@ -42,8 +42,8 @@ pub struct Positioning {
 /// Reads the files and computes the positions.
 ///
 /// # Errors
-/// A file that cannot be read or holds something else than it should, named; and whatever makes a
-/// solution impossible ([`PpkError`]), with the files it is about.
+/// A file that cannot be read or has another kind of content, with its name; any cause of a missing solution
+/// ([`PpkError`]), with the files concerned.
 pub fn run(
     input: &PositioningInput,
     options: &PpkOptions,
@@ -54,7 +54,7 @@ pub fn run(
     let mut base = ObservationData::default();
     let base_files = input.base_files();
     if single && reader.holds_no_observations(input.base.as_deref())? {
-        // A single-point position needs no base: in its place there is navigation.
+        // A single-point position needs no base; a navigation file may be given in place of the base.
     } else if input.base.is_some() {
         base = reader.receiver(&base_files, "the base's observations")?;
     } else if !single {
@@ -94,7 +94,7 @@ pub fn run(
     })
 }
 
-/// Puts the file that an error is about before it.
+/// Adds the name of the file concerned to an error.
 fn blame(error: PpkError, input: &PositioningInput, reader: &Reader) -> PositioningError {
     let rover = || input.rover.display().to_string();
     let base = || {

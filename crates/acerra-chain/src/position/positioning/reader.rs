@@ -1,4 +1,4 @@
-//! Reading the files of a run: several to a receiver, dates and channels that one file states for
+//! Reading the files of a run: several files a receiver, and dates and channels that one file gives for
 //! another.
 
 use std::fs::File;
@@ -14,8 +14,8 @@ use acerra_gnss::{
 use super::error::PositioningError;
 use super::input::PositioningInput;
 
-/// Time at which a file was last written, an upper bound of its content's time. None where the system does
-/// not state it.
+/// Time at which a file was last written, an upper bound of the content's time. `None` where the system does
+/// not state the time.
 ///
 /// ```
 /// use acerra_chain::position::positioning::written;
@@ -32,13 +32,13 @@ pub fn written(file: &File) -> Option<GpsTime> {
     ))
 }
 
-/// Takes files and gathers the navigation data in them.
+/// Reader of files that gathers their navigation data.
 #[derive(Default)]
 pub(super) struct Reader {
     pub(super) navigation: Navigation,
     pub(super) files: Vec<(PathBuf, ReadReport)>,
     hints: RtcmHints,
-    /// Every file of the run, among which dates are looked for.
+    /// Every file of the run, among which dates are searched.
     all: Vec<PathBuf>,
     remarks: Vec<String>,
 }
@@ -105,7 +105,7 @@ impl Reader {
         Ok(only_navigation)
     }
 
-    /// Reads a file and takes its navigation data.
+    /// Reads a file and gathers its navigation data.
     pub(super) fn read(&mut self, path: &Path) -> Result<GnssFile, PositioningError> {
         let file = self.open_dated(path)?;
         Ok(self.take(path, file))
@@ -157,8 +157,8 @@ impl Reader {
         Ok(joined)
     }
 
-    /// Reads a receiver's files again where GLONASS phases lacked a frequency channel that a file
-    /// read later gives.
+    /// Reads a receiver's files again where GLONASS phases lacked a frequency channel that was given by a
+    /// file read later.
     pub(super) fn complete(
         &mut self,
         paths: &[PathBuf],

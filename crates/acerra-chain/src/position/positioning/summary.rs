@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Positioning, PositioningInput};
 
-/// Everything `acerra ppk --json` says. Times are GPS time.
+/// Output of `acerra ppk --json`. Times are GPS time.
 #[derive(Clone, Debug, Serialize)]
 pub struct PpkAnswer {
     /// Version of the program.
@@ -29,7 +29,7 @@ pub struct PpkAnswer {
     pub lost: usize,
     /// Share of the epochs that are fixed, %.
     pub fixed_percent: f64,
-    /// Why epochs are not fixed, most frequent reason first.
+    /// Reasons for which epochs are not fixed, most frequent first.
     pub not_fixed: Vec<ReasonAnswer>,
     /// Decision about GLONASS ambiguities, with its reason; `null` without GLONASS.
     pub glonass: Option<String>,
@@ -39,7 +39,7 @@ pub struct PpkAnswer {
     pub fixed_sd_m: Option<[f64; 3]>,
     /// The baseline from a moving base; `null` with a base at rest.
     pub baseline: Option<BaselineAnswer>,
-    /// Events and where the rover was.
+    /// Events and the rover's positions at the events.
     pub events: Vec<EventAnswer>,
     /// Remarks.
     pub warnings: Vec<String>,
@@ -50,7 +50,7 @@ pub struct PpkAnswer {
 pub struct BaselineAnswer {
     /// Median length, m.
     pub length_m: f64,
-    /// Length below which 5 and 95 % of the epochs are, m.
+    /// 5 % and 95 % quantiles of the length over the epochs, m.
     pub length_range_m: [f64; 2],
     /// Median standard deviation of the heading, degrees; `null` where the baseline is upright.
     pub heading_sd_deg: Option<f64>,
@@ -63,7 +63,7 @@ pub struct FileAnswer {
     pub file: String,
     /// Format in words.
     pub format: String,
-    /// What was dropped.
+    /// Data dropped.
     pub dropped: Vec<DropAnswer>,
 }
 
@@ -72,9 +72,9 @@ pub struct FileAnswer {
 pub struct DropAnswer {
     /// The reason in words.
     pub reason: String,
-    /// How many.
+    /// Number of occurrences.
     pub count: u64,
-    /// Where first.
+    /// Place of the first occurrence.
     pub first: String,
 }
 
@@ -83,14 +83,14 @@ pub struct DropAnswer {
 pub struct ReasonAnswer {
     /// The reason in words.
     pub reason: String,
-    /// How many epochs.
+    /// Number of epochs.
     pub epochs: usize,
 }
 
 /// The base's position.
 #[derive(Clone, Debug, Serialize)]
 pub struct BaseAnswer {
-    /// Where it comes from: `given`, `header` or `average`.
+    /// Source of the position: `given`, `header` or `average`.
     pub source: &'static str,
     /// Earth-centred coordinates, m.
     pub ecef_m: [f64; 3],
@@ -105,7 +105,7 @@ pub struct BaseAnswer {
 /// One event.
 #[derive(Clone, Debug, Serialize)]
 pub struct EventAnswer {
-    /// Its time.
+    /// Time of the event.
     pub time_gpst: String,
     /// `external`, `rising` or `falling`.
     pub kind: &'static str,

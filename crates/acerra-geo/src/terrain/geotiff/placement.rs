@@ -1,4 +1,4 @@
-//! Where the cells of a GeoTIFF are.
+//! Positions of the cells of a GeoTIFF.
 
 use std::io::{Read, Seek};
 

@@ -1,13 +1,13 @@
-//! Why there is no integer solution.
+//! Reasons for the absence of an integer solution.
 
-/// Why there is no integer solution.
+/// Reason why there is no integer solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LambdaError {
     /// The covariance is not positive definite (or not finite).
     #[error("covariance of the float ambiguities is not positive definite at index {index}")]
     NotPositiveDefinite {
-        /// Where the factorisation failed.
+        /// Column at which the factorisation failed.
         index: usize,
     },
     /// The covariance does not have n² elements.

@@ -5,12 +5,12 @@ use super::error::LambdaError;
 /// Nodes the search may visit before it gives up.
 const LARGEST_SEARCH: usize = 10_000;
 
-/// Nearest whole number to `x`, without a call into the mathematical library: processors without
-/// SSE 4.1 have no instruction for it. Of two that are as near, the even one.
+/// Nearest whole number to `x`, without a call into the mathematical library: processors without SSE 4.1 have
+/// no instruction for it. Ties go to the even number.
 fn nearest(x: f64) -> f64 {
     /// 1.5·2⁵²: sums with this number are rounded to integers.
     const SHIFT: f64 = 6_755_399_441_055_744.0;
-    /// 2⁵¹, up to which they have room for the rest.
+    /// 2⁵¹, the largest number for which this rounding holds.
     const LARGEST: f64 = 2_251_799_813_685_248.0;
     if x.abs() < LARGEST {
         (x + SHIFT) - SHIFT

@@ -22,10 +22,10 @@ pub struct IntegerCandidates {
 }
 
 impl IntegerCandidates {
-    /// How probable it is that the best vector is the right one, if the true covariance is
-    /// `variance_factor` times the one given: the probability of finding it by rounding one
-    /// decorrelated ambiguity after the other, a lower bound (Teunissen 1999, "An optimality
-    /// property of the integer least-squares estimator").
+    /// Probability that the best vector is the right one, if the true covariance is `variance_factor` times
+    /// the given covariance: the probability of finding it by rounding one decorrelated ambiguity after the
+    /// other, a lower bound (Teunissen 1999, "An optimality property of the integer least-squares
+    /// estimator").
     ///
     /// ```
     /// let found = acerra_gnss::integer_least_squares(&[5.2], &[0.01], 2)?;
@@ -74,7 +74,7 @@ pub fn integer_least_squares(
             conditional_variances: vec![],
         });
     }
-    // Whole cycles are taken off first: the transformed floats then keep all their digits.
+    // Whole cycles are subtracted first, so that the transformed floats keep all their digits.
     let whole: Vec<f64> = float.iter().map(|a| a.round()).collect();
     let rest: Vec<f64> = float.iter().zip(&whole).map(|(a, w)| a - w).collect();
     let mut factor = Factor::new(covariance, rest)?;

@@ -7,9 +7,8 @@ use std::ops::Range;
 /// A step this many times the median step separates tracks: a turn, or a gap.
 const BREAK: f64 = 8.0;
 
-/// Partitions the aperture into sub-apertures of at most `count` pulses: tracks, each divided as
-/// evenly as possible. None extends across a gap, where directions would differ too much for a
-/// coarse grid.
+/// Partitions the aperture into sub-apertures of at most `count` pulses: tracks, each divided as evenly as
+/// possible. No sub-aperture extends across a gap, where directions would differ too much for a coarse grid.
 pub(crate) fn partition_aperture(pulses: &Pulses, count: usize) -> Vec<Range<usize>> {
     let position = pulses.position_m();
     let steps: Vec<f64> = position.windows(2).map(|p| range_m(p[0], p[1])).collect();

@@ -11,11 +11,11 @@ use std::ops::Range;
 
 /// Cells of the lattice of pixels, per axis.
 const LATTICE: usize = 12;
-/// Places about a pixel of the lattice where slopes of the ground are looked at, per axis.
+/// Places about a pixel of the lattice where slopes of the ground are computed, per axis.
 const SLOPES: usize = 3;
 
-/// Bound of the spatial frequencies of all sub-apertures along the grid's axes, from a lattice of
-/// pixels that includes edges and those nearest to the sub-aperture; `band_hz` is lowest, carrier
+/// Bound of the spatial frequencies of all sub-apertures along the grid's axes, cycles/m, from a lattice of
+/// pixels that includes the edges and the pixels nearest to each sub-aperture; `band_hz` is lowest, carrier
 /// and highest frequency. Frequencies are counted in the plane also where the ground is steep.
 pub(crate) fn bandwidth_per_m(
     pulses: &Pulses,
@@ -65,12 +65,12 @@ pub(crate) fn bandwidth_per_m(
     [0, 1].map(|axis| 1.04 * scale * found.iter().map(|f| f[axis]).fold(0.0, f64::max))
 }
 
-/// Bandwidths on the image's grid that are known already, by the pulses of the sub-apertures.
+/// Cache of the bandwidths on the image's grid, by the number of pulses of a sub-aperture.
 #[derive(Debug, Default)]
 pub(crate) struct Bandwidths(RefCell<Vec<(usize, [f64; 2])>>);
 
 impl Bandwidths {
-    /// The bandwidth for sub-apertures of `count` pulses, found by `of` the first time.
+    /// The bandwidth of sub-apertures of `count` pulses, computed by `of` the first time.
     pub fn of(&self, count: usize, of: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
         let known = self.0.borrow().iter().find(|k| k.0 == count).map(|k| k.1);
         known.unwrap_or_else(|| {
@@ -85,8 +85,8 @@ impl Bandwidths {
 #[derive(Debug, Clone, Copy)]
 struct Facet {
     point_m: [f64; 3],
-    /// Vectors along row and column, as [`Terrain::axes`] gives them: with the least slopes near the pixel, and with
-    /// the greatest; those of a plane are of one kind.
+    /// Vectors along row and column, as [`Terrain::axes`] gives them: with the least slopes near the pixel,
+    /// and with the greatest; a plane has only one pair.
     axes: [[[f64; 3]; 2]; 2],
     kinds: usize,
 }
@@ -124,7 +124,7 @@ impl Facet {
         facet
     }
 
-    /// Changes along the axes of half the way from a pulse's transmitter to its receiver.
+    /// Slopes along the axes of half the two-way path from a pulse's transmitter to the pulse's receiver.
     fn way_slopes(&self, axes: &[[f64; 3]; 2], pulses: &Pulses, pulse: usize) -> [f64; 2] {
         if !pulses.is_bistatic() {
             return self.slopes(axes, pulses.position_m()[pulse]);
@@ -133,7 +133,7 @@ impl Facet {
         [0, 1].map(|axis| 0.5 * (there[axis] + back[axis]))
     }
 
-    /// Changes of the range from a place along the axes.
+    /// Slopes along the axes of the range from `from_m`.
     fn slopes(&self, axes: &[[f64; 3]; 2], from_m: [f64; 3]) -> [f64; 2] {
         let d: [f64; 3] = std::array::from_fn(|a| self.point_m[a] - from_m[a]);
         let inverse = 1.0 / norm(d).max(1e-12);

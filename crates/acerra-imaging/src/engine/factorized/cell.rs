@@ -1,6 +1,6 @@
 //! Cells: the shortest stretches of a fine and of a coarse grid that repeat together.
 
-/// Along an axis, `pixels` of the fine grid are as long as `samples` of the coarse one.
+/// A cell along an axis: `pixels` of the fine grid are as long as `samples` of the coarse grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Cell {
     pub pixels: usize,
@@ -13,18 +13,18 @@ impl Cell {
         self.pixels as f64 / self.samples as f64
     }
 
-    /// The sample at or before a pixel of the cell, counted from the cell's first.
+    /// The sample at or before a pixel of the cell, counted from the cell's first sample.
     pub fn sample_before(self, pixel: usize) -> usize {
         pixel * self.samples / self.pixels
     }
 
-    /// Distance of the pixel behind that sample, in coarse intervals.
+    /// Distance of a pixel from the sample at or before it, in coarse intervals.
     pub fn fraction(self, pixel: usize) -> f64 {
         (pixel * self.samples % self.pixels) as f64 / self.pixels as f64
     }
 
-    /// All cells of at most `most_samples` that are considered, the shortest intervals first: fractions only
-    /// where whole numbers of pixels are far apart.
+    /// All candidate cells of at most `most_samples` samples, the shortest intervals first. Intervals are
+    /// fractions of pixels only where whole numbers are relatively far apart.
     pub fn all(most_samples: usize) -> Vec<Self> {
         let of = |samples: usize| {
             let most = if samples == 1 {
@@ -43,9 +43,9 @@ impl Cell {
     }
 }
 
-/// Greatest number of fine pixels in a coarse interval, and greatest where intervals may be fractions of
-/// pixels.
+/// Greatest number of fine pixels in a coarse interval.
 const COARSEST: usize = 64;
+/// Greatest coarse interval, in fine pixels, that may be a fraction of pixels.
 const LONGEST_FRACTION: usize = 6;
 
 fn gcd(a: usize, b: usize) -> usize {

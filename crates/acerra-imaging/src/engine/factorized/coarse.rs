@@ -6,12 +6,12 @@ use crate::engine::planar::padded;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;
 
-/// How coarse grids relate to the fine one.
+/// Ratio of a coarse grid to the fine grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Coarse {
     /// Fine pixels and coarse samples of a cell, along the row and across.
     pub cells: [Cell; 2],
-    /// Samples from which a value is interpolated, in either direction.
+    /// Number of samples from which a value is interpolated, in either direction.
     pub taps: usize,
 }
 
@@ -29,7 +29,7 @@ impl Coarse {
         }
     }
 
-    /// Samples of a row as it is merged: as many cells of the fine grid as vectors ask for, and those around them.
+    /// Samples of a row in merging: the cells of a padded row of the fine grid, and the samples around them.
     pub fn row_samples(&self, grid: &TiltedGrid) -> usize {
         let samples = self.cells[0].samples;
         let around = (self.taps + samples - 1).div_ceil(samples);
@@ -46,8 +46,8 @@ impl Coarse {
         self.cells.map(|cell| cell.pixels)
     }
 
-    /// Bytes of the heights of uneven ground under the coarse grid: as they are, and in the order of the cells with
-    /// two numbers a cell.
+    /// Bytes of the heights of uneven ground under the coarse grid: in their order in space, and in the order
+    /// of the cells with two numbers a cell.
     pub fn ground_bytes(&self, grid: &TiltedGrid) -> u128 {
         let samples = self.row_samples(grid);
         let coarse = self.grid(grid);
@@ -60,7 +60,7 @@ impl Coarse {
         let coarse = self.grid(grid);
         let stride = padded(self.row_samples(grid));
         let pixels = stride as u128 * coarse.rows as u128;
-        // And the bytes of unfinished rows on every thread.
+        // Unfinished rows on every thread are included.
         pixels * 8 * (parts as u128 + 1)
     }
 }

@@ -1,4 +1,4 @@
-//! Making of the coarse images of sub-apertures.
+//! Computation of the coarse images of sub-apertures.
 
 use super::aperture::centre_m;
 use super::heights::CoarseGround;
@@ -26,7 +26,7 @@ pub(super) struct Counter<'m, 'c> {
 }
 
 impl Counter<'_, '_> {
-    /// Counts some of all rows.
+    /// Counts `rows` rows of `all`, from row `first` on.
     fn count(&self, first: usize, rows: usize, all: usize) {
         let before =
             |row: usize| (u128::from(self.contributions) * row as u128 / all as u128) as u64;
@@ -34,21 +34,21 @@ impl Counter<'_, '_> {
     }
 }
 
-/// The coarse grid for an image, and the data that its rows share.
+/// The coarse grid for an image, and the data shared by the rows of the grid.
 pub(super) struct CoarseRows<'a> {
     lattice: &'a Lattice,
     level: SimdLevel,
     /// The coarse grid, or some of its rows.
     pub grid: TiltedGrid,
     row_samples: usize,
-    /// The ground under the whole coarse grid where the ground is uneven, and the row of the ground that is
-    /// the grid's first.
+    /// Uneven ground under the whole coarse grid; `None` over a plane.
     ground: Option<&'a CoarseGround>,
+    /// Row of the ground under the first row of `grid`.
     first_row: usize,
 }
 
 impl<'a> CoarseRows<'a> {
-    /// For an image on `grid`, over the ground under its coarse grid.
+    /// The coarse rows for an image on `grid`, over the ground under the coarse grid.
     pub fn new(
         lattice: &'a Lattice,
         level: SimdLevel,
@@ -66,7 +66,7 @@ impl<'a> CoarseRows<'a> {
         }
     }
 
-    /// `rows` of the rows alone, from row `first` on.
+    /// The part of `rows` rows from row `first` on.
     pub fn some(&self, first: usize, rows: usize) -> Self {
         Self {
             grid: self.grid.rows_from(first, rows),
@@ -102,7 +102,7 @@ impl<'a> CoarseRows<'a> {
         let control = counter.meter.control();
         image.centre_m = centre_m(&echoes.pulses, part.clone());
         let columns = self.grid.columns;
-        // Few rows at a time, which the caches hold until they have lost their phase.
+        // Few rows at a time, which the caches hold until their phase is removed.
         let height = 2 * self.shape(direct).tile_rows(self.level.lanes());
         let patch = self.patch(Terrain::LEVEL);
         self.fill(
@@ -123,7 +123,7 @@ impl<'a> CoarseRows<'a> {
         );
     }
 
-    /// The image of a sub-aperture centred at `centre_m`, merged from those of shorter sub-apertures.
+    /// The image of a sub-aperture centred at `centre_m`, merged from the images of shorter sub-apertures.
     pub fn merge(
         &self,
         merger: &Merger,
@@ -153,8 +153,8 @@ impl<'a> CoarseRows<'a> {
         );
     }
 
-    /// Fills an image, `height` rows at a time: `make` fills as many lines, real and imaginary, from a row on, which
-    /// then lose their phase.
+    /// Fills an image, `height` rows at a time: `make` fills as many lines (real and imaginary) from a given
+    /// row on, and their phase is then removed.
     fn fill<T>(
         &self,
         height: usize,

@@ -80,7 +80,7 @@ impl Factorized {
             / sampled as f64
     }
 
-    /// Estimated time of merging them.
+    /// Estimated time of merging the coarse images.
     fn estimate_merging_s(&self, echoes: &WeightedPulses, patch: &Patch, control: Control) -> f64 {
         let (grid, coarse) = (&patch.grid, &self.lattice.stage.coarse);
         let across = coarse.cells[1];

@@ -6,20 +6,20 @@ use crate::grid::terrain::Heights;
 use crate::kernel::phase::RowHeights;
 use rayon::prelude::*;
 
-/// Heights of one row: those of the first pixels of all cells contiguously, then of the second ones, and so
-/// on.
+/// Heights of one row: the first pixels of all cells contiguously, then the second pixels, and so on.
 #[derive(Debug, Clone)]
 pub(super) struct SortedHeights {
     above_m: Vec<f32>,
     middle_m: Vec<f32>,
-    /// The highest of each cell, while rows are taken.
+    /// Greatest height in each cell, while a row is read.
     highest_m: Vec<f32>,
+    /// Greatest departure of a height from the middle of its cell.
     departure_m: f32,
     span_m: [f32; 2],
 }
 
 impl SortedHeights {
-    /// For rows of as many `cells` of `pixels`.
+    /// Memory for rows of `cells` cells of `pixels` pixels.
     pub fn new(pixels: usize, cells: usize) -> Self {
         Self {
             above_m: vec![0.0; pixels * cells],
@@ -30,7 +30,7 @@ impl SortedHeights {
         }
     }
 
-    /// Takes the heights of a row; the last one is repeated to the end.
+    /// Sorts the heights of a row; the last height is repeated to the end.
     pub fn fill(&mut self, row: &[f32]) {
         let cells = self.middle_m.len();
         let pixels = self.above_m.len() / cells;
@@ -61,7 +61,7 @@ impl SortedHeights {
         }
     }
 
-    /// As kernels read them.
+    /// The heights in the form that kernels read.
     pub fn row(&self) -> RowHeights<'_> {
         RowHeights {
             above_m: &self.above_m,
@@ -80,7 +80,7 @@ pub(super) struct CoarseGround {
 }
 
 impl CoarseGround {
-    /// Under the coarse grid of `patch`; none over a plane.
+    /// The ground under the coarse grid of `patch`; `None` over a plane.
     pub fn under(lattice: &Lattice, patch: &Patch) -> Option<Self> {
         let coarse = &lattice.stage.coarse;
         let samples = coarse.cells[0].samples;

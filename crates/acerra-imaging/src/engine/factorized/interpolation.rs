@@ -4,7 +4,7 @@ use crate::kernel::merge::MOST_TAPS;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Samples before the interval that a value lies in, of the `taps` from which it is interpolated.
+/// Number of the `taps` samples that precede the interval of the interpolated value.
 pub(crate) fn before(taps: usize) -> usize {
     taps / 2 - 1
 }
@@ -19,10 +19,10 @@ pub(crate) struct Interpolator {
 }
 
 impl Interpolator {
-    /// From `taps` samples, at most [`MOST_TAPS`], for `nu` cycles a sample.
+    /// The interpolation from `taps` samples, at most [`MOST_TAPS`], for `nu` cycles a sample.
     pub fn new(taps: usize, nu: f64) -> Self {
         let edge_rad = 2.0 * PI * nu.clamp(1e-6, 0.5);
-        // The matrix is that of a convolution; a small diagonal term regularises the system where samples are
+        // The matrix is a Toeplitz matrix; a small diagonal term regularises the system where samples are
         // plentiful.
         let sincs: [f64; MOST_TAPS] = std::array::from_fn(|k| sinc(edge_rad * k as f64));
         let mut a: [[f64; MOST_TAPS]; MOST_TAPS] =

@@ -18,14 +18,14 @@ pub(crate) struct Lattice {
     cycles_per_m: f64,
     /// Weights of every pixel of a cell, along the row and across.
     pub weights: [Vec<[f32; MOST_TAPS]>; 2],
-    /// Interpolation weights and phases as merging of cells of pixels uses them.
+    /// Interpolation weights along the row and across, in the form that merging reads.
     pub stencils: [Stencil; 2],
     cosine: [f32; 6],
     sine: [f32; 6],
 }
 
 impl Lattice {
-    /// For images on `grid`, with the phase of the carrier `carrier_hz` removed.
+    /// The lattice for images on `grid`, with the phase of the carrier `carrier_hz` removed.
     pub fn new(pulses: &Pulses, grid: &TiltedGrid, stage: Stage, carrier_hz: f64) -> Self {
         let steps = [norm(grid.u_m), norm(grid.v_m)];
         let weights: [Vec<[f32; MOST_TAPS]>; 2] = [0, 1].map(|axis: usize| {
@@ -57,7 +57,7 @@ impl Lattice {
         }
     }
 
-    /// Row `j` of a grid, for the carrier's phase at the range to `centre_m`.
+    /// Row `j` of a grid, ready for the carrier's phase at the range to `centre_m`.
     pub fn phase_row(&self, grid: &TiltedGrid, j: usize, centre_m: [f64; 3]) -> PhaseRow {
         let start = grid.point_m(0.0, j as f64);
         let pixel_m = norm(grid.u_m).max(1e-12);

@@ -57,8 +57,8 @@ pub(crate) struct Setting<'a> {
 }
 
 impl Factorized {
-    /// Builds range tables over `ranges_m`, those of the coarse grids of all planes to be imaged, and
-    /// interpolation weights, for the sub-apertures `parts`.
+    /// Builds range tables and interpolation weights for the sub-apertures `parts`; `ranges_m` bounds the
+    /// ranges to the coarse grids of all planes to be imaged.
     ///
     /// # Errors
     /// Cancellation.
@@ -160,8 +160,9 @@ impl Factorized {
             );
     }
 
-    /// Makes the first of `images` the coarse images of the sub-apertures `parts` for an image of `patch`,
-    /// and allocates missing images. They count as contributions of the number of pixels given.
+    /// Computes the coarse images of the sub-apertures `parts` for an image of `patch` into the first of
+    /// `images`, and allocates missing images. Progress advances by the contributions of the given number of
+    /// pixels.
     fn image_parts(
         &self,
         echoes: &WeightedPulses,
@@ -216,8 +217,8 @@ impl Factorized {
     }
 }
 
-/// Of the first `pixels`, those whose contributions count as done before merging: a third, which comes in a few large
-/// steps, while merging counts row after row.
+/// Number of the `pixels` whose contributions count as done before merging: a third. Coarse images advance
+/// progress in a few large steps, merging row after row.
 fn before_merging(pixels: usize) -> usize {
     pixels / 3
 }

@@ -12,8 +12,9 @@ use crate::kernel::level::SimdLevel;
 use crate::kernel::merge::{MOST_REACH, MergeAcross, MergeRow, merge_across, merge_row};
 use acerra_control::Control;
 
-/// A sub-aperture's coarse image without the carrier's phase of the range to its centre, real and imaginary: rows of
-/// [`padded`] numbers, of which the first samples of all cells are adjacent, then the second ones, and so on.
+/// A sub-aperture's coarse image without the carrier's phase of the range to the sub-aperture's centre, real
+/// and imaginary: rows of [`padded`] numbers, in which the first samples of all cells are adjacent, then the
+/// second samples, and so on.
 #[derive(Default)]
 pub(super) struct CoarseImage {
     pub centre_m: [f64; 3],
@@ -39,7 +40,7 @@ pub(super) struct Merger<'a> {
 /// Memory of a thread that merges.
 pub(super) struct Scratch {
     numbers: Vec<f32>,
-    /// Of the rows of a cell, over uneven ground.
+    /// Heights of the rows of a cell, over uneven ground.
     heights: Vec<SortedHeights>,
 }
 
@@ -52,7 +53,7 @@ pub(super) struct MergedRow<'s> {
 }
 
 impl<'a> Merger<'a> {
-    /// For an image of `patch`.
+    /// The merger for an image of `patch`.
     pub fn new(lattice: &'a Lattice, level: SimdLevel, patch: &'a Patch) -> Self {
         let grid = &patch.grid;
         let coarse = &lattice.stage.coarse;
@@ -69,7 +70,7 @@ impl<'a> Merger<'a> {
         }
     }
 
-    /// Rows of a cell: they share their coarse rows.
+    /// Number of rows of a cell, which share their coarse rows.
     pub fn rows_of_cell(&self) -> usize {
         self.lattice.stage.coarse.cells[1].pixels
     }
@@ -118,7 +119,7 @@ impl<'a> Merger<'a> {
             let last = image.real.len() / self.stride - 1;
             let job = MergeAcross {
                 rows: std::array::from_fn(|k| {
-                    // Those beyond the last are not taken.
+                    // Samples beyond the last one are not read.
                     let at = (cell * across.samples + k).min(last) * self.stride;
                     let samples = at..at + self.row_samples;
                     (&image.real[samples.clone()], &image.imag[samples])
@@ -170,7 +171,7 @@ impl MergedRow<'_> {
     }
 }
 
-/// Places of the samples that the pixels of the first cell take in such a row of `columns`.
+/// Places, in a sorted row of `columns` samples, of the samples that the pixels of the first cell read.
 fn offsets(cell: Cell, columns: usize) -> [usize; MOST_REACH] {
     let cells = columns / cell.samples;
     std::array::from_fn(|sample| sample % cell.samples * cells + sample / cell.samples)

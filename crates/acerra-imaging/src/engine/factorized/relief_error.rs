@@ -1,8 +1,8 @@
 //! Error of interpolation over uneven ground.
 //!
-//! Over a plane the bounds of spatial frequencies determine it. Ground with kinks, as heights interpolated linearly between
-//! the knots of a raster have them, has no such bounds: there the samples of single echoes are interpolated at pixels
-//! of all classes of roughness and compared.
+//! Over a plane the bounds of spatial frequencies determine the error. Ground with kinks (for example heights
+//! interpolated linearly between the knots of a raster) has no such bounds: the samples of single echoes are
+//! interpolated at pixels of all classes of roughness and compared with the exact values.
 
 use super::aperture::{centre_m, divided, partition_aperture};
 use super::coarse::Coarse;
@@ -20,19 +20,21 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Places of each class of roughness and of the corners where a stage is looked at, and frequencies and pulses that are
-/// taken there.
+/// Number of places in each class of roughness and in the corners at which the error of a stage is evaluated.
 const PLACES: usize = 32;
+/// Number of frequencies at each place.
 const FREQUENCIES: usize = 4;
+/// Number of pulses at each place.
 const PULSES: usize = 3;
 
-/// Share that errors in the corners have in the mean: frequencies are highest there, and self-checks look at them as often.
+/// Weight of the corners in the mean error: frequencies are highest in the corners, and self-checks draw
+/// corners as often.
 const CORNERS: f64 = 0.1;
-/// Pixels from a corner that count as in it.
+/// Distance from a corner, in pixels, up to which a pixel belongs to the corner.
 const NEAR_CORNER: usize = 8;
 
-/// Bound of the relative RMS error of all interpolations of `spec` over uneven ground, in the whole image and where it
-/// is rough, echoes having all frequencies of the band (lowest, carrier, highest) alike.
+/// Bound of the relative RMS error of all interpolations of `spec` over uneven ground, in the whole image and
+/// at rough places, for echoes of equal power at all frequencies of the band (lowest, carrier, highest).
 pub(crate) fn relief_error(
     pulses: &Pulses,
     (grid, terrain, roughness): (&TiltedGrid, Terrain, &Roughness),
@@ -60,9 +62,9 @@ pub(crate) fn relief_error(
     (outer + shorter).sqrt()
 }
 
-/// Pixels at which errors are looked at.
+/// Pixels at which errors are evaluated.
 struct Places {
-    /// Share of all pixels that [`PLACES`] of them stand for, class after class, the corners last.
+    /// Share of all pixels that [`PLACES`] places represent, class after class, the corners last.
     shares: Vec<f64>,
     pixels: Vec<[usize; 2]>,
 }
@@ -88,7 +90,7 @@ impl Places {
         Self { shares, pixels }
     }
 
-    /// The samples of the coarse grid nearest to them.
+    /// The samples of the coarse grid nearest to the places.
     fn on(&self, coarse: &Coarse) -> Self {
         let sample = |pixel: &[usize; 2]| {
             [0, 1].map(|axis| {
@@ -113,7 +115,7 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    /// Bound of the mean square of the errors where they are greatest, of random sub-apertures.
+    /// Bound of the mean square of the errors, over random sub-apertures and at the roughest places.
     fn mean_square(&self, parts: &[Range<usize>], places: &Places) -> f64 {
         let mut random = Random(0x0e1e_f001);
         let of_parts: Vec<_> = (places.pixels.iter())
@@ -122,8 +124,8 @@ impl Probe<'_> {
         let squares: Vec<f64> = (of_parts.into_par_iter())
             .map(|(pixel, part)| self.square(pixel, part))
             .collect();
-        // Means with twice their standard deviations: of all places, and of each class of roughness alone, since an
-        // image's brightest target may be where the ground is roughest.
+        // Means plus twice their standard deviations, over all places and over each class of roughness alone,
+        // since an image's brightest target may be where the ground is roughest.
         let (mut mean, mut variance, mut worst) = (0.0, 0.0, 0.0f64);
         for (k, (squares, share)) in squares.chunks_exact(PLACES).zip(&places.shares).enumerate() {
             let of_class = squares.iter().sum::<f64>() / PLACES as f64;
@@ -179,7 +181,7 @@ impl Probe<'_> {
         sum / (FREQUENCIES * PULSES) as f64
     }
 
-    /// Places along an axis of the samples that a pixel takes, in pixels, and their weights.
+    /// Places (in pixels) and weights of the samples along an axis from which a pixel is interpolated.
     fn taken(&self, pixel: usize, axis: usize) -> Vec<(f64, f64)> {
         let coarse = &self.lattice.stage.coarse;
         let cell = coarse.cells[axis];

@@ -11,13 +11,13 @@ use std::ops::Range;
 
 /// Ratio of the distances of neighbouring segments.
 const RATIO: f64 = 2.0;
-/// Least pulses of a segment: summing its image takes about as long as imaging a few.
+/// Least number of pulses of a segment: adding a segment's image takes about as long as imaging a few pulses.
 const LEAST: usize = 256;
-/// Most segments: more are no long tracks, but many passes.
+/// Greatest number of segments: more indicate many passes rather than a long track.
 const MOST: usize = 40;
 
-/// Runs of neighbouring pulses whose distances from the image are within a factor of two, short ones
-/// joined to their neighbours; a single run where they are too many.
+/// Runs of neighbouring pulses whose distances from the image are within a factor of two; short runs are
+/// joined to their neighbours. A single run where there would be more than [`MOST`].
 pub(crate) fn segments(pulses: &Pulses, grid: &TiltedGrid) -> Vec<Range<usize>> {
     let whole = 0..pulses.len();
     let last = [grid.columns, grid.rows].map(|n| (n - 1) as f64);
@@ -111,7 +111,8 @@ mod tests {
         assert_eq!((found[0].start, found[found.len() - 1].end), (0, 20_000));
         assert!(found.windows(2).all(|w| w[0].end == w[1].start));
         assert!(found.len() > 8 && found.iter().all(|r| r.len() >= LEAST));
-        // The one over the image reaches until the distance has doubled: sqrt(10² − 5²) beyond its edge.
+        // The segment over the image reaches until the distance has doubled: sqrt(10² − 5²) beyond the
+        // image's edge.
         let middle = found.iter().find(|r| r.contains(&10_000)).unwrap();
         let reach_m = 0.05 * middle.len() as f64;
         assert!(

@@ -15,7 +15,7 @@ use crate::vector::norm;
 use acerra_control::Control;
 use std::ops::Range;
 
-/// Pulses of sub-apertures that are considered.
+/// Candidate numbers of pulses in a sub-aperture.
 pub(super) const COUNTS: [usize; 16] = [
     6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024,
 ];
@@ -35,8 +35,8 @@ pub(crate) struct Stage {
 pub(crate) struct FactorizedSpec {
     /// The sub-apertures whose images are merged on the image's grid.
     pub outer: Stage,
-    /// Shorter sub-apertures whose images are merged on the coarse grids of these; `None` where the range
-    /// tables are summed on the grids directly.
+    /// Shorter sub-apertures whose images are merged on the coarse grids of `outer`; `None` where the range
+    /// tables are summed on these grids directly.
     pub shorter: Option<Stage>,
     /// Interpolation error expected for a spectrum that fills the bounds.
     pub interpolation_error: f64,
@@ -62,7 +62,7 @@ impl FactorizedSpec {
         }
         let ways = Way::all(demand, 1);
         let mut last = Vec::new();
-        // From the longest on: merging alone makes most of the short ones too dear.
+        // Longest sub-apertures first: merging alone makes most of the short ones too dear.
         for count in COUNTS.into_iter().rev() {
             control.check()?;
             if count > 2 * pulses.len() {
@@ -124,8 +124,8 @@ impl FactorizedSpec {
         (self.shorter).map_or(coarse, |stage| stage.coarse.grid(&coarse))
     }
 
-    /// Bytes of the images of the sub-apertures `parts`: of unfinished rows, with the heights of uneven
-    /// ground, and of each image that is kept.
+    /// Bytes of the images of the sub-apertures `parts`: unfinished rows with the heights of uneven ground,
+    /// and all images kept.
     pub fn coarse_bytes(&self, image: &ImageGrid, parts: &[Range<usize>]) -> [u128; 2] {
         let grid = image.plane();
         let ground = |stage: &Stage, on: &TiltedGrid| match image.is_uneven() {
@@ -169,7 +169,7 @@ impl Stage {
     }
 }
 
-/// Pixels of a grid for each pixel of another.
+/// Number of pixels of the grid `of` for each pixel of `grid`.
 pub(super) fn share(of: &TiltedGrid, grid: &TiltedGrid) -> f64 {
     let pixels = |g: &TiltedGrid| (g.columns * g.rows) as f64;
     pixels(of) / pixels(grid)
@@ -182,9 +182,9 @@ pub(crate) struct Demand<'a> {
     pub terrain: Terrain<'a>,
     /// Lowest, carrier and highest frequency, Hz.
     pub band_hz: [f64; 3],
-    /// Factor by which the bandwidth is taken wider than it is: coarse grids are as much finer.
+    /// Factor applied to the bandwidth, which makes coarse grids finer by the same factor.
     pub fineness: f64,
-    /// Bandwidths found already.
+    /// Bandwidths computed already.
     pub bandwidths: &'a Bandwidths,
     /// Relative error allowed.
     pub accuracy: f64,
@@ -192,15 +192,15 @@ pub(crate) struct Demand<'a> {
     pub direct_cost: &'a dyn Fn(&TiltedGrid) -> f64,
     /// Numbers in a vector.
     pub lanes: usize,
-    /// Cells of coarse grids that are open, the shortest intervals first.
+    /// Candidate cells of coarse grids, the shortest intervals first.
     pub cells: &'a [Cell],
-    /// Numbers of taps that are open.
+    /// Candidate numbers of taps.
     pub taps: &'a [usize],
 }
 
 impl Demand<'_> {
-    /// Bandwidth that the grids of sub-apertures of `count` pulses are made for on the image's grid, along the row
-    /// and across.
+    /// Bandwidth of sub-apertures of `count` pulses on the image's grid, along the row and across, cycles/m:
+    /// the design value of their coarse grids.
     pub fn bandwidth_per_m(
         &self,
         pulses: &Pulses,
@@ -213,7 +213,7 @@ impl Demand<'_> {
         found.map(|b| b * self.fineness)
     }
 
-    /// These sub-apertures on another grid.
+    /// The bandwidth of sub-apertures of `count` pulses on another grid.
     pub fn bandwidth_on(
         &self,
         pulses: &Pulses,
@@ -228,15 +228,16 @@ impl Demand<'_> {
 /// A number of taps, its cost, and the bandwidth that it permits.
 pub(super) struct Way<'d> {
     taps: usize,
-    /// Vector operations to merge a pixel: along its row, and times the pixels of a coarse interval across rows.
+    /// Vector operations to merge a pixel: along the row, and across rows, the latter multiplied by the
+    /// pixels of a coarse interval.
     merge: [f64; 2],
-    /// Widest band that they interpolate, cycles a sample.
+    /// Widest band that the taps interpolate, cycles a sample.
     nu: f64,
     cells: &'d [Cell],
 }
 
 impl<'d> Way<'d> {
-    /// Every number of taps, for one of `stages` that share the error allowed.
+    /// One entry for every number of taps, where `stages` stages share the allowed error.
     pub fn all(demand: &Demand<'d>, stages: usize) -> Vec<Self> {
         let error = 0.5 * demand.accuracy / (stages as f64).sqrt();
         (demand.taps.iter())
@@ -258,12 +259,12 @@ impl<'d> Way<'d> {
             .collect()
     }
 
-    /// Vector operations to merge a pixel of the grid that the coarse one of `stage` belongs to.
+    /// Vector operations to merge one pixel of the fine grid from the coarse grid of `stage`.
     pub fn merge(&self, stage: &Stage) -> f64 {
         self.merge[0] + self.merge[1] / stage.coarse.cells[0].interval()
     }
 
-    /// The least of them.
+    /// Lower bound of [`Self::merge`] over all stages.
     fn least_merge(&self) -> f64 {
         self.merge[0]
     }
@@ -276,7 +277,7 @@ impl<'d> Way<'d> {
             let nu_of_pixels = bandwidth[axis] * steps[axis];
             let is_met = |cell: &Cell| {
                 let nu = nu_of_pixels * cell.interval();
-                // On the pixels themselves nothing is interpolated.
+                // With a sample on every pixel nothing is interpolated.
                 nu <= self.nu || (cell.interval() <= 1.0 && nu < TOO_FAST)
             };
             let met = self.cells.partition_point(is_met);

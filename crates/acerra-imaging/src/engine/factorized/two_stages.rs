@@ -13,11 +13,12 @@ use acerra_control::Control;
 
 /// Vector operations of an image below which a second stage is not searched for.
 const WORTH_SEARCHING: f64 = 1e8;
-/// Share of the cost with one stage that it must stay below: it takes longer to plan, and images of few million
-/// pixels were found to gain less than is estimated.
+/// A second stage is used below this share of the one-stage cost: it takes longer to plan, and images of few
+/// million pixels gain less than estimated.
 const WORTH_A_STAGE: f64 = 0.85;
-/// Least pulses of the shorter sub-apertures, and number of shorter ones in a longer one.
+/// Least number of pulses of the shorter sub-apertures.
 const LEAST_PULSES: usize = 12;
+/// Least number of shorter sub-apertures in a longer one.
 const LEAST_RATIO: usize = 2;
 
 /// Sub-apertures of one length on the image's grid.
@@ -97,7 +98,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Vector operations of the direct engine a value, on grids about as coarse as those of `inner` will be.
+    /// Vector operations of the direct engine a value, on grids about as coarse as the grids of `inner`.
     fn direct_cost(&self, way: &Way, inner: &Candidate) -> f64 {
         match way.stage(inner.count, self.grid, inner.bandwidth_per_m) {
             Some(stage) => (self.demand.direct_cost)(&stage.coarse.grid(self.grid)),
@@ -119,7 +120,7 @@ impl Search<'_> {
         Some(self.of_stages(ways, [&first, &second], merges, direct_cost))
     }
 
-    /// Vector operations a contribution, given the sub-apertures a pulse of either stage.
+    /// Vector operations a contribution, given the number of sub-apertures a pulse in either stage.
     fn of_stages(
         &self,
         ways: [&Way; 2],
@@ -133,8 +134,8 @@ impl Search<'_> {
         merge + share(&coarse, self.grid) * (merge_on_coarse + of_tables)
     }
 
-    /// The stages with the bandwidth of the sub-apertures that they will have, on the grids that they will be
-    /// imaged on.
+    /// The stages with exact bandwidths, computed for their sub-apertures on the grids on which these are
+    /// imaged.
     fn exact(&self, ways: [&Way; 2], [outer, inner]: [&Candidate; 2]) -> Option<FactorizedSpec> {
         let first = ways[0].stage(outer.count, self.grid, outer.bandwidth_per_m)?;
         let coarse = first.coarse.grid(self.grid);

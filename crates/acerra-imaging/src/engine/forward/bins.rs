@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Room in which a thread converts bins.
+/// Scratch memory of a thread that converts bins.
 #[derive(Default)]
 pub(crate) struct Workspace {
     profile: Vec<Complex64>,
@@ -36,7 +36,7 @@ pub(crate) struct FilledBins<'a> {
 }
 
 impl BinsToSpectrum {
-    /// `bins` encloses the absolute bin numbers of all pulses.
+    /// The conversion for `bins`, which encloses the absolute bin numbers of all pulses.
     pub fn new(echoes: &WeightedPulses, spec: TableSpec, bins: Range<i64>) -> Self {
         Self {
             spec,

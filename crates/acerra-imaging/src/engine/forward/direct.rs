@@ -71,13 +71,14 @@ impl DirectForward {
         }
     }
 
-    /// Bytes that a working thread takes.
+    /// Bytes of scratch memory a thread.
     pub fn bytes_a_thread(spec: &DirectSpec, ranges_m: &[[f64; 2]]) -> u128 {
         let entries = RangeTable::stride_for(&spec.table, ranges_m) as u128;
         entries * step(spec.table.degree) as u128 * (4 + 8) * CHUNK as u128
     }
 
-    /// Adds to `echo` what the pulses `which` see of an image on a grid. After cancellation it is incomplete.
+    /// Adds to `echo` the echoes that the pulses `which` receive from an image on a grid. After cancellation
+    /// `echo` is incomplete.
     pub fn run_on(
         &self,
         echoes: &WeightedPulses,
@@ -101,7 +102,7 @@ impl DirectForward {
         self.add(echoes, which, &planar, echo, meter);
     }
 
-    /// Numbers of the bins of a pulse.
+    /// Count of numbers in the bins of a pulse.
     pub fn bins_of_pulse(&self) -> usize {
         self.entries * step(self.spec.table.degree)
     }
@@ -140,7 +141,7 @@ impl DirectForward {
         self.finish.add(echoes, &filled, room, out);
     }
 
-    /// Adds to `echo` what the pulses `which` see of an image, row by row.
+    /// Adds to `echo` the echoes that the pulses `which` receive from an image, row by row.
     pub fn add(
         &self,
         echoes: &WeightedPulses,
@@ -206,9 +207,9 @@ impl DirectForward {
                     },
                 );
             }
-            Echo::Bins { sums, beside } => {
+            Echo::Bins { sums, near_spectra } => {
                 sums.par_chunks_mut(CHUNK * length)
-                    .zip(beside.par_chunks_mut(CHUNK * n))
+                    .zip(near_spectra.par_chunks_mut(CHUNK * n))
                     .enumerate()
                     .for_each_init(
                         || vec![0f32; CHUNK * length],
@@ -228,8 +229,8 @@ impl DirectForward {
         }
     }
 
-    /// Adds a piece of a row to the bins of one pulse; pixels next to the antenna go to its spectrum
-    /// `out` directly.
+    /// Adds a piece of a row to the bins of one pulse; pixels next to the antenna are added to the pulse's
+    /// spectrum `out` directly.
     pub(super) fn add_piece(
         &self,
         echoes: &WeightedPulses,

@@ -151,7 +151,7 @@ impl FactorizedForward {
         let dx = along.pixels;
         let stride = padded(coarse.columns);
         let rows = stripe_re.len() / stride;
-        // Rows before the stripe and after it are filled in part, and dropped.
+        // Rows before and after the stripe are filled only in part, and are dropped.
         let length = (rows + 2 * taps) * coarse.columns;
         let (mut re, mut im) = (vec![0f32; length], vec![0f32; length]);
         let mut scratch = vec![0f32; split_scratch(dx, intervals)];

@@ -6,17 +6,17 @@ use num_complex::Complex64;
 /// Pixels after which single-precision sums are added to those in double precision.
 const FLUSH_AFTER: usize = 1 << 16;
 
-/// Where the echoes of an image go.
+/// Destination of the echoes of an image.
 pub(crate) enum Echo<'a> {
-    /// Added to spectra `[pulses, N]`.
+    /// Spectra `[pulses, N]`.
     Spectra(&'a mut [Complex64]),
-    /// Added to range bins, which [`finish`](super::direct::DirectForward::finish) turns into spectra once for
-    /// any number of images.
+    /// Range bins, which [`finish`](super::direct::DirectForward::finish) turns into spectra once for any
+    /// number of images.
     Bins {
         /// `[pulses, bins]`
         sums: &'a mut [f64],
         /// Spectra `[pulses, N]`, to which pixels next to the antennas go.
-        beside: &'a mut [Complex64],
+        near_spectra: &'a mut [Complex64],
     },
 }
 
@@ -24,21 +24,25 @@ impl<'a> Echo<'a> {
     /// The spectra, to which an engine without bins adds.
     pub fn spectra(self) -> &'a mut [Complex64] {
         match self {
-            Self::Spectra(out) | Self::Bins { beside: out, .. } => out,
+            Self::Spectra(out)
+            | Self::Bins {
+                near_spectra: out, ..
+            } => out,
         }
     }
 
-    /// The first `pulses` of them, and the rest; a pulse has `bins` and `n` frequencies.
+    /// The destinations of the first `pulses` pulses and of the rest; a pulse has `bins` numbers in its bins
+    /// and `n` frequencies.
     pub fn split(self, pulses: usize, [bins, n]: [usize; 2]) -> (Self, Self) {
         match self {
             Self::Spectra(out) => {
                 let (own, rest) = out.split_at_mut(pulses * n);
                 (Self::Spectra(own), Self::Spectra(rest))
             }
-            Self::Bins { sums, beside } => {
+            Self::Bins { sums, near_spectra } => {
                 let (own_sums, rest_sums) = sums.split_at_mut(pulses * bins);
-                let (own, rest) = beside.split_at_mut(pulses * n);
-                let bins = |sums, beside| Self::Bins { sums, beside };
+                let (own, rest) = near_spectra.split_at_mut(pulses * n);
+                let bins = |sums, near_spectra| Self::Bins { sums, near_spectra };
                 (bins(own_sums, own), bins(rest_sums, rest))
             }
         }

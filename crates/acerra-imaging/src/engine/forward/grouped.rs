@@ -1,11 +1,12 @@
-//! Images as the kernels of groups read them.
+//! Images in the order in which the kernels of groups read pixels.
 
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::lanes::MAX_LANES;
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-/// Groups of neighbouring pixels that share an expansion of the range, and how they get to the bins.
+/// Groups of neighbouring pixels that share an expansion of the range, and the way in which the pixels are
+/// added to bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GroupSpec {
     /// Pixels along the row and across: 4 × 4, 4 × 2 or 2 × 2.
@@ -13,17 +14,17 @@ pub(crate) struct GroupSpec {
     pub way: GroupWay,
 }
 
-/// How the pixels of a group get to the bins.
+/// Way in which the pixels of a group are added to bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum GroupWay {
-    /// Summed in registers, to the bin of the group's middle: fine pixels.
+    /// Sum in registers, added to the bin of the group's middle: for fine pixels.
     Summed {
-        /// Coefficients of the cosine over half a turn; the sine has one less.
+        /// Number of coefficients of the cosine over half a turn; the sine has one fewer.
         terms: usize,
         /// Distance from a group's middle up to which polynomials hold, m.
         reach_m: f64,
     },
-    /// Each pixel to its own bin: coarse pixels.
+    /// Every pixel to its own bin: for coarse pixels.
     Spread,
 }
 
@@ -46,7 +47,7 @@ pub(crate) fn grouped_pixels(grid: &TiltedGrid, shape: [usize; 2]) -> u128 {
     strip_length(grid.columns, shape) as u128 * grid.rows.div_ceil(shape[1]) as u128
 }
 
-/// Where a strip holds pixel (`column`, `row`).
+/// Index in a strip of pixel (`column`, `row`).
 fn place(column: usize, row: usize, shape: [usize; 2]) -> usize {
     let group = column / shape[0];
     let block = group / MAX_LANES * shape[1] * shape[0];

@@ -31,7 +31,7 @@ struct Tile<'a> {
 }
 
 impl DirectForward {
-    /// Adds to `echo` what the pulses `which` see of an image in groups.
+    /// Adds to `echo` the echoes that the pulses `which` receive from an image in groups.
     pub(super) fn add_groups(
         &self,
         echoes: &WeightedPulses,

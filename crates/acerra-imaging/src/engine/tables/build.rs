@@ -50,7 +50,7 @@ impl RangeTable {
         padded(widest as usize + 2 + 2 * PADDING)
     }
 
-    /// Bytes of such a table.
+    /// Bytes of a table over `ranges_m`.
     pub fn bytes_for(spec: &TableSpec, ranges_m: &[[f64; 2]]) -> u128 {
         ranges_m.len() as u128
             * (spec.degree as u128 + 1)
@@ -138,8 +138,8 @@ impl RangeTable {
         })
     }
 
-    /// Where each pulse's entry 0 is, in bins from range zero, where every echo comes from `beyond_m` further away
-    /// than the pixel that looks for it.
+    /// Place of each pulse's entry 0, in bins from range zero, where every echo is delayed by a range of
+    /// `beyond_m` relative to its pixel.
     pub fn first_bins_beyond(&self, beyond_m: f64) -> Vec<f64> {
         let beyond = beyond_m / self.spec.bin_m;
         (self.first_bin.iter())
@@ -147,7 +147,7 @@ impl RangeTable {
             .collect()
     }
 
-    /// The table as the direct kernel reads it, with the places of its entries.
+    /// View of the table for the direct kernel, with the place of each pulse's entry 0.
     pub fn view<'a>(&'a self, first_bin: &'a [f64]) -> TableView<'a> {
         TableView {
             coefficients: &self.coefficients,

@@ -1,9 +1,9 @@
 //! Errors of a table's polynomials for many widths of bins, from moments of the spectrum's power.
 //!
-//! Of e^{jxu}, u in [−1, 1], a polynomial of degree L leaves Σ_{l > L} (2l + 1) j_l(x)² in the mean square, and
-//! j_l(x)² = Σ_k a_{l,k} x^{2(l + k)} with a_{l,0} = 1/((2l + 1)!!)² (Abramowitz and Stegun, 10.1.2 and 9.1.14). The
-//! mean over frequencies of powers p_n and phases x_n = X·y_n is then a power series in X² whose coefficients are
-//! the moments Σ p_n y_n^{2j}.
+//! The least-squares polynomial of degree L for e^{jxu}, u in [−1, 1], has the mean square error Σ_{l > L}
+//! (2l + 1) j_l(x)², and j_l(x)² = Σ_k a_{l,k} x^{2(l + k)} with a_{l,0} = 1/((2l + 1)!!)² (Abramowitz and
+//! Stegun, 10.1.2 and 9.1.14). The mean over frequencies of powers p_n and phases x_n = X·y_n is then a power
+//! series in X² whose coefficients are the moments Σ p_n y_n^{2j}.
 
 use super::spec::{MAX_DEGREE, TableSpec};
 use crate::engine::travel_time::TravelTime;
@@ -11,7 +11,7 @@ use crate::pulses::Pulses;
 
 /// Powers of X² that are kept.
 const POWERS: usize = 20;
-/// X up to which they suffice for ten digits.
+/// Largest X for which the powers kept give ten digits.
 const SERIES_BELOW: f64 = 1.2;
 
 /// Relative RMS errors of tables for one spectrum.
@@ -27,7 +27,7 @@ pub(crate) struct FitErrors<'a> {
 }
 
 impl<'a> FitErrors<'a> {
-    /// For data whose power at each frequency is `power` `[N]`; `None` without frequencies.
+    /// Errors for data whose power at each frequency is `power` `[N]`; `None` without frequencies.
     pub fn new(pulses: &'a Pulses<'a>, power: &'a [f64]) -> Option<Self> {
         let f = pulses.frequency_hz();
         let lowest = f.iter().copied().fold(f64::INFINITY, f64::min);

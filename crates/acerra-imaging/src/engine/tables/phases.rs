@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 /// Bins after which a recurrent phasor is computed afresh.
 pub(crate) const RENEW: usize = 64;
 
-/// Bins whose weight is kept for all pulses, 8 MB of them: tracks far longer than the image's width use more
-/// bins, each for few pulses.
+/// Number of bins whose weight is kept for all pulses (8 MB): on tracks far longer than the image's width
+/// most bins are used by few pulses.
 const MOST_SHARED_BINS: usize = 1 << 16;
 
 /// The rows of one pulse in a table.
@@ -37,7 +37,7 @@ pub(crate) struct BinPhases {
 }
 
 impl BinPhases {
-    /// For the absolute bins `first..last`.
+    /// Phases and weights of the absolute bins `first..last`.
     pub fn new(
         pulses: &Pulses,
         weights: &Weights,
@@ -65,7 +65,7 @@ impl BinPhases {
         }
     }
 
-    /// The same without weights.
+    /// Phases of the absolute bins `first..last`, without weights.
     pub fn unweighted(pulses: &Pulses, spec: &TableSpec, bins: [i64; 2]) -> Self {
         Self::new(pulses, &Weights::unit(), spec, bins)
     }
@@ -138,7 +138,7 @@ impl BinPhases {
         }
     }
 
-    /// As above, for polynomials of a fixed number of terms.
+    /// As [`Self::store`], for polynomials of a fixed number of terms.
     fn store_terms<const TERMS: usize>(
         &self,
         spec: &TableSpec,
@@ -207,7 +207,7 @@ impl BinPhases {
 pub(crate) struct WeightMatrix([[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1]);
 
 impl WeightMatrix {
-    /// For polynomials of a degree.
+    /// The matrix for polynomials of degree `degree`.
     fn new(g: [f64; MAX_DEGREE + 1], degree: usize) -> Self {
         let mut columns = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
         for (p, column) in columns.iter_mut().enumerate().take(degree + 1) {
@@ -239,7 +239,7 @@ impl WeightMatrix {
         })
     }
 
-    /// The transposed map.
+    /// The transpose of [`Self::times`].
     #[inline]
     pub fn transposed_times<const TERMS: usize>(
         &self,

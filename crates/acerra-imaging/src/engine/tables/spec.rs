@@ -41,8 +41,7 @@ impl TableSpec {
             .collect()
     }
 
-    /// The polynomials in δ of each frequency's phase ramp e^{jθδ}, δ in bins, over the bins that the
-    /// table's reach says.
+    /// The polynomials in δ of each frequency's phase ramp e^{jθδ}, δ in bins, over the table's reach.
     pub fn ramp_fits(&self, pulses: &Pulses) -> Vec<[Complex64; MAX_DEGREE + 1]> {
         let inverse = 1.0 / self.reach;
         let fit = |ramp: &f64| {
@@ -74,8 +73,8 @@ impl TableSpec {
     }
 }
 
-/// Least-squares monomial coefficients of the phase ramp e^{jθδ} on [−½, ½]; [`ramp_residual`] is what
-/// they leave.
+/// Least-squares monomial coefficients of the phase ramp e^{jθδ} on [−½, ½]; [`ramp_residual`] gives their
+/// error.
 ///
 /// With u = 2δ and x = θ/2 the ramp is e^{jxu} = Σ_l (2l + 1) j^l j_l(x) P_l(u), the plane wave's
 /// expansion in Legendre polynomials P_l by spherical Bessel functions j_l (Abramowitz and Stegun,
@@ -92,8 +91,8 @@ pub(crate) fn fit_phase_ramp(ramp_rad: f64, degree: usize) -> [Complex64; MAX_DE
     [a0 - a2 * 0.5, a1 * 2.0 - a3 * 3.0, a2 * 6.0, a3 * 20.0]
 }
 
-/// Mean square of what polynomials of a degree leave of e^{jxu} on [−1, 1]: Σ_{l > degree}
-/// (2l + 1) j_l(x)², all terms together being 1.
+/// Mean square error of the least-squares polynomial of degree `degree` for e^{jxu} on [−1, 1]: Σ_{l >
+/// degree} (2l + 1) j_l(x)², all terms together being 1.
 fn ramp_residual(x: f64, degree: usize) -> f64 {
     let x = x.abs();
     if x > SERIES_BELOW {
@@ -120,14 +119,14 @@ fn ramp_residual(x: f64, degree: usize) -> f64 {
 /// Arguments from which [`ramp_residual`] sums by recurrence: below, the first term is all of the sum to
 /// eight digits and the recurrence would overflow.
 const RECURRENCE_ABOVE: f64 = 1e-4;
-/// Order from which the recurrence runs: its error relative to j_4(3) is below 1e-20.
+/// Order at which the downward recurrence starts: the error relative to j_4(3) is below 1e-20.
 const RECURRENCE_FROM: usize = 20;
 
 /// Arguments up to which the power series of j_l keeps ten digits.
 const SERIES_BELOW: f64 = 3.0;
 
 /// The spherical Bessel function j_l(x) of the first kind: by its power series (Abramowitz and Stegun,
-/// 10.1.2) at small arguments, by upward recurrence (10.1.19) above, where l ≤ 3 only is asked for.
+/// 10.1.2) at small arguments, by upward recurrence (10.1.19) above, where only l ≤ 3 is needed.
 fn spherical_bessel(l: usize, x: f64) -> f64 {
     if x.abs() > SERIES_BELOW {
         let (mut before, mut here) = (x.cos() / x, x.sin() / x);
@@ -196,7 +195,7 @@ mod tests {
         }
     }
 
-    /// Below rounding of 1 the sum of power series is the measure.
+    /// Residuals below the rounding error of 1 are compared with the sum of power series.
     #[test]
     fn small_residuals_keep_their_digits() {
         for degree in 0..=MAX_DEGREE {

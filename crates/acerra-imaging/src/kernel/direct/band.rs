@@ -13,9 +13,9 @@ use num_complex::Complex32;
 
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`tile_rows`].
 ///
-/// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
-/// `CUBIC` adds the third order of the range within a vector, and `WEIGHTED` takes the weight of the pixels that
-/// `job.weight` then has.
+/// `DEGREE` is the degree of the table, `TERMS` the number of the cosine's coefficients (the sine has one
+/// fewer); `CUBIC` adds the third order of the range within a vector, and `WEIGHTED` applies the weight of
+/// the pixels in `job.weight`.
 #[inline(always)]
 pub(crate) fn band<
     S: Lanes,
@@ -42,7 +42,8 @@ pub(crate) fn band<
         let kept = (band.columns - column).min(width);
         real.fill(0.0);
         imag.fill(0.0);
-        // Gathers touch a cache line a lane: fewer pulses keep theirs in the first level.
+        // Gathers touch a cache line a lane: only with fewer pulses do these lines stay in the first-level
+        // cache.
         let chunk = if job.table.interleaved { 2 } else { CHUNK };
         let mut first = job.pulses.start;
         while first < job.pulses.end {
@@ -128,9 +129,9 @@ fn sum_block<
     }
     let count = |pulses: usize| (pulses * pair * block.groups) as u64;
     tally.window += count(paths.windowed);
-    tally.gather += count(paths.gathered().len());
-    tally.reference += count(paths.reference().len());
-    if !paths.reference().is_empty() {
+    tally.gather += count(paths.others.gathered().len());
+    tally.reference += count(paths.others.reference().len());
+    if !paths.others.reference().is_empty() {
         sum_reference(block, &paths, real, imag);
     }
 }
@@ -157,7 +158,7 @@ struct BlockSum<
 impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const WEIGHTED: bool>
     BlockSum<'_, S, DEGREE, TERMS, CUBIC, WEIGHTED>
 {
-    /// Sums from windows of group `k`, one pair of real and imaginary parts a vector.
+    /// Sums of group `k` over the pulses read from windows: real and imaginary part of each vector.
     #[inline(always)]
     fn windows(&self, k: usize) -> [[S::V; 2]; 2] {
         let (s, n) = (self.block.s, S::N);
@@ -186,7 +187,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
                     let start = (*at.add((5 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
                     let weight = self.weight(|| s.mul_add(lanes, term(9), term(8)));
-                    self.evaluator.windowed(window, t, weight, &mut sums[side]);
+                    self.evaluator
+                        .windowed::<false>(window, t, weight, &mut sums[side]);
                 }
                 at = next;
             }
@@ -194,7 +196,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         sums
     }
 
-    /// The weight of pixels at which it, or the ratio of cosines on which it depends, is `given`.
+    /// The weight of pixels, where `given` returns the weight itself or the ratio of cosines on which the
+    /// weight depends.
     #[inline(always)]
     fn weight(&self, given: impl FnOnce() -> S::V) -> Option<S::V> {
         match &self.block.job.weight {
@@ -210,7 +213,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         let (s, job) = (self.block.s, self.block.job);
         let table = &job.table;
         let bins = s.splat((1.0 / table.bin_m) as f32);
-        for &m in self.paths.gathered() {
+        for &m in self.paths.others.gathered() {
             let m = usize::from(m);
             let origin = self.origin(m, vector);
             let sent = origin.exact(s, 0);
@@ -241,8 +244,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
         }
     }
 
-    /// The point from which exact ranges of a vector are counted: the block's centre, or the vector's
-    /// own middle where single precision would not carry so far.
+    /// The point from which exact ranges of a vector are counted: the block's centre, or the vector's middle
+    /// where single precision does not reach from the block's centre.
     #[inline(always)]
     fn origin(&self, m: usize, vector: usize) -> Origin<S> {
         let (s, n, block) = (self.block.s, S::N, self.block);
@@ -291,16 +294,16 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize, const CUBIC: bool, const
 struct Origin<S: Lanes> {
     range_m: [f32; 2],
     along_m: [f32; 2],
-    /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
+    /// Mean range in bins, as whole bins past the pulse's entry 0 and a fraction.
     whole: i32,
     fraction: f32,
     /// Offsets of the pixels along the row, m.
     offset_m: S::V,
-    /// Ratio of the cosines from boresight and vertical there.
+    /// Ratio of the cosines from boresight and vertical at the point.
     ratio: f32,
 }
 
-/// Ranges of a vector's pixels from an antenna, and how much longer than that of their origin they are, m.
+/// Ranges of a vector's pixels from an antenna, and their excess over the range of the origin, m.
 #[derive(Clone, Copy)]
 struct Exact<S: Lanes> {
     range_m: S::V,
@@ -333,7 +336,7 @@ fn sum_reference<S: Lanes>(block: &Block<S>, paths: &Paths, real: &mut [f32], im
             band.origin_m[axis] + along * band.u_m[axis] + block.row as f64 * band.v_m[axis]
         })
     };
-    for &m in paths.reference() {
+    for &m in paths.others.reference() {
         let pulse = block.pulses.start + m as usize;
         for first in (0..pixels).step_by(DELAYS) {
             let count = DELAYS.min(pixels - first);

@@ -3,7 +3,7 @@
 use super::job::Job;
 use crate::kernel::lanes::{Lanes, ROUNDING};
 
-/// Evaluates contributions once their range is known.
+/// Evaluator of contributions at known ranges.
 pub(super) struct Evaluator<S: Lanes, const DEGREE: usize, const TERMS: usize> {
     s: S,
     rounding: S::V,
@@ -14,7 +14,7 @@ pub(super) struct Evaluator<S: Lanes, const DEGREE: usize, const TERMS: usize> {
 }
 
 impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TERMS> {
-    /// For the table and the carrier of a job.
+    /// The evaluator for the table and the carrier of a job.
     #[inline(always)]
     pub fn of(s: S, job: &Job) -> Self {
         Self {
@@ -27,39 +27,13 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         }
     }
 
-    /// Adds the contribution at `t` bins past a window of N entries, from which each lane picks its own
-    /// inside registers, times `weight` where there is one.
+    /// Adds the contribution at `t` bins past a window of N entries (2N where `TWO`), from which each lane
+    /// picks its own inside registers, times `weight` where there is one.
     ///
     /// # Safety
-    /// N entries must be readable at `window` and at every coefficient row after it.
+    /// The window's entries must be readable at `window` and at every coefficient row after it.
     #[inline(always)]
-    pub unsafe fn windowed(
-        &self,
-        window: *const f32,
-        t: S::V,
-        weight: Option<S::V>,
-        sum: &mut [S::V; 2],
-    ) {
-        let s = self.s;
-        let i = s.add(t, self.rounding);
-        let delta = s.sub(t, s.sub(i, self.rounding));
-        self.add(
-            delta,
-            // SAFETY: the caller vouches for the rows.
-            #[inline(always)]
-            |row| unsafe { s.pick(s.load(window.add(row * self.stride)), i) },
-            weight,
-            sum,
-        );
-    }
-
-    /// Adds the contribution at `t` bins past a window of 2N entries, from which each lane picks its
-    /// own inside registers, times `weight` where there is one.
-    ///
-    /// # Safety
-    /// 2N entries must be readable at `window` and at every coefficient row after it.
-    #[inline(always)]
-    pub unsafe fn windowed2(
+    pub unsafe fn windowed<const TWO: bool>(
         &self,
         window: *const f32,
         t: S::V,
@@ -75,7 +49,11 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
             #[inline(always)]
             |row| unsafe {
                 let at = window.add(row * self.stride);
-                s.pick2([s.load(at), s.load(at.add(S::N))], i)
+                if TWO {
+                    s.pick2([s.load(at), s.load(at.add(S::N))], i)
+                } else {
+                    s.pick(s.load(at), i)
+                }
             },
             weight,
             sum,
@@ -142,8 +120,8 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
         }
     }
 
-    /// Adds what the polynomial of `entry`'s coefficients makes at `delta`. `entry` must be inlined always: a
-    /// closure of its own is compiled without the level's instructions.
+    /// Adds the value at `delta` of the polynomial with the coefficients `entry`. `entry` must be inlined
+    /// always: a closure that is not inlined is compiled without the level's instructions.
     #[inline(always)]
     fn add(
         &self,
@@ -159,7 +137,7 @@ impl<S: Lanes, const DEGREE: usize, const TERMS: usize> Evaluator<S, DEGREE, TER
             im = s.mul_add(im, delta, entry(2 * p + 1));
         }
         let square = s.mul(delta, delta);
-        // One term less than the cosine's: its error is smaller by itself.
+        // The sine needs one term fewer than the cosine for the same error.
         let (mut cosine, mut sine) = (self.cosine[TERMS - 1], self.sine[TERMS - 2]);
         for k in (0..TERMS - 1).rev() {
             cosine = s.mul_add(cosine, square, self.cosine[k]);

@@ -1,16 +1,19 @@
-//! Expansion of the range over the groups of a block, and the choice of how each is read.
+//! Expansion of the range over the groups of a block, and the choice between windows, gathers and the
+//! double-precision sum for each pulse.
 
 use super::job::{Band, CHUNK, Job, PixelWeight, block_width, vectors_a_group};
+use super::unwindowed::{Unwindowed, whole_and_rest};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 use crate::kernel::two_ways::{lesser, mean, spreading};
 use crate::vector::dot;
 use std::ops::Range;
 
-/// Rows of parameters of a pulse: without a weight of the pixels the first eight.
+/// Greatest number of parameter rows of a pulse; without a weight of the pixels only the first eight are
+/// used.
 const MOST_ROWS: usize = 10;
 
-/// Rows of parameters that a pulse takes, with a weight of the pixels or without.
+/// Number of parameter rows of a pulse, with or without a weight of the pixels.
 pub(super) const fn parameter_rows(weighted: bool) -> usize {
     if weighted { MOST_ROWS } else { 8 }
 }
@@ -48,18 +51,18 @@ impl<S: Lanes> Block<'_, S> {
 
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct Setup {
-    /// Of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: range at its
-    /// middle in bins past `whole`, the first, second and third power's coefficients a pixel, and for
-    /// either vector the whole bins from `whole` to its window and the bits of the integer at which
-    /// that window starts in the chunk's table; with a weight of the pixels also that weight, or the ratio of cosines
-    /// on which it depends, at the group's middle and its change a pixel.
+    /// Parameters of each pulse that has windows, [`parameter_rows`] rows of N, one lane a group: the range
+    /// at the group's middle in bins past `whole`; the coefficients of the first, second and third power of
+    /// the pixel; for either vector the whole bins from `whole` to the vector's window, and the bits of the
+    /// integer at which the window starts in the chunk's table. With a weight of the pixels also the weight
+    /// (or the ratio of cosines on which the weight depends) at the group's middle, and its change a pixel.
     pub windowed: Aligned<{ CHUNK * MOST_ROWS * MAX_LANES }>,
     /// Range and along-row offset of the block's centre from each antenna of each pulse, m.
     pub range_m: [[f32; CHUNK]; 2],
     pub along_m: [[f32; CHUNK]; 2],
-    /// Ratio of the cosines from boresight and vertical at the block's centre, and its change along the
-    /// row, 1/m.
+    /// Ratio of the cosines from boresight and vertical at the block's centre.
     pub ratio: [f32; CHUNK],
+    /// Change of the ratio along the row, 1/m.
     pub ratio_slope: [f32; CHUNK],
     /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
     pub fraction: [f32; CHUNK],
@@ -79,7 +82,7 @@ impl Setup {
         }
     }
 
-    /// Ranges from every antenna to the block's centre, in double precision.
+    /// Computes the ranges from every antenna to the block's centre in double precision.
     #[inline(always)]
     pub fn measure<S: Lanes, const WEIGHTED: bool>(&mut self, block: &Block<S>) {
         let ([x, y, z], unit, job) = (block.centre_m(), block.unit(), block.job);
@@ -107,12 +110,7 @@ impl Setup {
             }
         }
         for m in 0..block.pulses.len() {
-            let t = mean[m] * inverse_bin - start[m];
-            #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
-            // SAFETY: the bounds keep it within an i32, and replace NaN.
-            let whole = unsafe { t.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
-            self.whole[m] = whole;
-            self.fraction[m] = (t - f64::from(whole)) as f32;
+            (self.whole[m], self.fraction[m]) = whole_and_rest(mean[m] * inverse_bin - start[m]);
         }
     }
 
@@ -126,34 +124,11 @@ impl Setup {
     }
 }
 
-/// How the pulses of a chunk are read for one block.
+/// Pulses of a chunk by the way in which they are read for one block.
 pub(super) struct Paths {
     /// Pulses with parameters in [`Setup::windowed`].
     pub windowed: usize,
-    /// Pulses that gather.
-    gathered: [u8; CHUNK],
-    gathers: usize,
-    /// Pulses summed in double precision.
-    reference: [u8; CHUNK],
-    references: usize,
-}
-
-impl Paths {
-    #[inline(always)]
-    fn gather(&mut self, pulse: usize) {
-        self.gathered[self.gathers] = pulse as u8;
-        self.gathers += 1;
-    }
-
-    #[inline(always)]
-    pub fn gathered(&self) -> &[u8] {
-        &self.gathered[..self.gathers]
-    }
-
-    #[inline(always)]
-    pub fn reference(&self) -> &[u8] {
-        &self.reference[..self.references]
-    }
+    pub others: Unwindowed,
 }
 
 /// Lengths and scales of the groups of a block.
@@ -196,16 +171,17 @@ impl<S: Lanes> Groups<S> {
 /// The range over each group, one lane a group.
 #[derive(Clone, Copy)]
 struct Expansion<S: Lanes> {
-    /// At the middle, m (the nearer of two antennas), and in bins past the whole bins of the block's centre.
+    /// Range at the middle from the nearer antenna, m.
     range_m: S::V,
+    /// Range at the middle, in bins past the whole bins of the block's centre.
     t: S::V,
     /// Coefficients of the powers of the pixel, bins.
     first: S::V,
     second: S::V,
     third: S::V,
-    /// Bound of what the expansion drops, bins.
+    /// Bound of the expansion's truncation error, bins.
     truncation_error: S::V,
-    /// Largest departure from a vector's middle beside the second power, bins.
+    /// Largest departure of the odd powers from the range at a vector's middle, bins.
     reach: S::V,
 }
 
@@ -268,7 +244,7 @@ impl<S: Lanes> Expansion<S> {
         }
     }
 
-    /// Half the way there and back, from those of its parts.
+    /// The expansion of the mean of both ranges.
     #[inline(always)]
     fn mean(self, s: S, other: Self) -> Self {
         Self {
@@ -282,8 +258,8 @@ impl<S: Lanes> Expansion<S> {
         }
     }
 
-    /// The spreading of two ways beside that of their mean, S²/(R_t R_r), at the middle of each group and its change a
-    /// pixel.
+    /// Ratio S²/(R_t R_r) of the bistatic spreading to the spreading at the mean range, at the middle of each
+    /// group, and its change a pixel.
     #[inline(always)]
     fn spreading(&self, s: S, other: &Self, bins: f32) -> [S::V; 2] {
         let (a, b) = (self.range_m, other.range_m);
@@ -295,7 +271,8 @@ impl<S: Lanes> Expansion<S> {
         [weight, s.mul(weight, change)]
     }
 
-    /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
+    /// Number of bins that a vector spans, and for either vector of a group the whole bins at which its
+    /// window must start.
     #[inline(always)]
     fn windows(&self, s: S) -> (S::V, [S::V; 2]) {
         let (half_vector, shift) = (Groups::<S>::HALF_VECTOR, Groups::<S>::SHIFT);
@@ -346,8 +323,8 @@ impl<S: Lanes> Expansion<S> {
     }
 }
 
-/// Expands the ranges of all pulses of a chunk and decides how each is read: a function that all degrees of tables
-/// share.
+/// Expands the ranges of all pulses of a chunk and decides how each pulse is read. All degrees of tables
+/// share this function.
 #[inline(never)]
 pub(super) fn expand<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
     block: &Block<S>,
@@ -374,15 +351,12 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
     let half_block = 0.5 * block_width(n) as f32 * groups.pixel;
     let mut paths = Paths {
         windowed: 0,
-        gathered: [0; CHUNK],
-        gathers: 0,
-        reference: [0; CHUNK],
-        references: 0,
+        others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
         let nearest_m = setup.nearest_m(m, job.antennas_m.len());
         if !job.windows && nearest_m - half_block > job.reference_below_m as f32 {
-            paths.gather(m);
+            paths.others.gather(m);
             continue;
         }
         let sent = Expansion::of::<CUBIC>(s, &groups, setup, (0, m));
@@ -392,8 +366,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
             expansion = sent.mean(s, received);
         }
         if !s.all_le(groups.near_m, expansion.range_m) {
-            paths.reference[paths.references] = m as u8;
-            paths.references += 1;
+            paths.others.refer(m);
             continue;
         }
         let (span, windows) = expansion.windows(s);
@@ -409,7 +382,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WEIGHTED: bool>(
             && s.all_le(zero, least)
             && s.all_le(most, last_window);
         if !fits {
-            paths.gather(m);
+            paths.others.gather(m);
             continue;
         }
         let length = parameter_rows(WEIGHTED) * n;

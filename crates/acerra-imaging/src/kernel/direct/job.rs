@@ -11,15 +11,16 @@ pub(super) const CHUNK: usize = 8;
 /// Pixels of a tile held in accumulators.
 pub(super) const TILE: usize = 2048;
 
-/// Everything that the blocks of a run share.
+/// Inputs that all blocks of a run share.
 pub(crate) struct Job<'a> {
-    /// Places of the antennas, one array an axis, m: of transmitters and receivers where these are apart, and a range
-    /// is then the mean of both.
+    /// Antenna positions, one array an axis, m: one set, or one of transmitters and one of receivers where
+    /// these are separate. The range is then the mean of both.
     pub antennas_m: &'a [[Vec<f64>; 3]],
     pub table: TableView<'a>,
     /// Pulses summed.
     pub pulses: Range<usize>,
-    /// Whether single precision may carry ranges from a block's centre to its ends: small pixels.
+    /// Whether pixels are so small that single precision carries ranges from a block's centre to the block's
+    /// ends.
     pub near_centre: bool,
     /// cos αδ in powers of δ².
     pub cosine: [f32; 4],
@@ -33,7 +34,7 @@ pub(crate) struct Job<'a> {
     pub windows: bool,
     /// Ranges below this are summed in double precision, m; zero where no spreading is folded in.
     pub reference_below_m: f64,
-    /// The weight that tables do not hold, if any.
+    /// A further weight of the pixels that is not part of the tables.
     pub weight: Option<PixelWeight<'a>>,
     pub reference: &'a dyn ReferenceContribution,
     pub control: Control<'a>,
@@ -42,30 +43,31 @@ pub(crate) struct Job<'a> {
 /// A weight that changes from pixel to pixel.
 #[derive(Clone, Copy)]
 pub(crate) enum PixelWeight<'a> {
-    /// The pattern of antennas that do not look straight down.
+    /// The pattern of antennas with a tilted boresight.
     Tilt(TiltView<'a>),
-    /// The spreading of two ways, S²/(R_t R_r) at the ranges R_t and R_r from antennas apart, whose mean is S: tables
-    /// hold 1/S².
+    /// The ratio S²/(R_t R_r) for ranges R_t and R_r from separate antennas with mean S: the tables include
+    /// 1/S².
     Ways,
 }
 
-/// The antenna's pattern as the kernel reads it. Tables hold cosⁿ of the angle from the vertical; over a level
-/// plane the cosine from the boresight is that one times a ratio that is linear in the pixel's place.
+/// The antenna's pattern in the form that the kernel reads. Tables include cosⁿ of the angle from the
+/// vertical; over a level plane the cosine of the angle from the boresight is the cosine of the angle from
+/// the vertical times a ratio that is linear in the pixel's place.
 #[derive(Clone, Copy)]
 pub(crate) struct TiltView<'a> {
-    /// The boresight of each antenna divided by its height above the plane, 1/m: the ratio is its inner
-    /// product with the way from the antenna to the pixel.
+    /// The boresight of each antenna divided by its height above the plane, 1/m: the ratio of cosines is the
+    /// inner product of this vector with the vector from the antenna to the pixel.
     pub per_metre: &'a [[f64; 3]],
     /// The power of the ratio.
     pub power: CosinePower,
 }
 
-/// Range tables as the kernel reads them.
+/// Range tables in the form that the kernel reads.
 #[derive(Clone, Copy)]
 pub(crate) struct TableView<'a> {
     /// `[pulse, degree + 1, re/im, stride]`, or `[pulse, stride, degree + 1, re/im]` interleaved.
     pub coefficients: &'a [f32],
-    /// Where each pulse's entry 0 is, in bins from range zero.
+    /// Place of each pulse's entry 0, in bins from range zero.
     pub first_bin: &'a [f64],
     /// Numbers from one coefficient row to the next.
     pub stride: usize,
@@ -83,7 +85,7 @@ pub(crate) struct TableView<'a> {
 
 /// The weighted contributions of a pulse at points, in double precision.
 pub(crate) trait ReferenceContribution: Sync {
-    /// At [`DELAYS`] points at most; the rest of the values has no meaning.
+    /// Contributions of `pulse` at up to [`DELAYS`] points; values beyond the points have no meaning.
     fn contributions(&self, pulse: usize, points_m: &[[f64; 3]]) -> [Complex64; DELAYS];
 }
 
@@ -97,14 +99,14 @@ pub(crate) struct Band {
     pub rows: usize,
 }
 
-/// Numbers of vectors by the way in which their range bins were read.
+/// Counts of vectors by the way in which their range bins were read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Tally {
-    /// From windows in registers.
+    /// Vectors read from windows in registers.
     pub window: u64,
-    /// By gathers.
+    /// Vectors read by gathers.
     pub gather: u64,
-    /// In double precision.
+    /// Vectors summed in double precision.
     pub reference: u64,
 }
 
@@ -118,8 +120,9 @@ impl Tally {
 
 /// Pixels along a side of a square group.
 pub(crate) const SIDE: usize = 4;
-/// Pixels of a square group, and pixels from its middle to its edge.
+/// Number of pixels of a square group.
 pub(super) const GROUP: usize = SIDE * SIDE;
+/// Pixels from the middle of a square group to its edge.
 pub(super) const HALF: f32 = 0.5 * (SIDE - 1) as f32;
 
 /// Rows that a tile of square groups holds at most for vectors of `lanes`: a block is a strip of as many
@@ -135,7 +138,7 @@ pub(crate) enum Shape {
     Row,
     /// Squares of 4 × 4 pixels, read from a window of one register.
     Square,
-    /// The same, from a window of two registers.
+    /// Squares of 4 × 4 pixels, read from a window of two registers.
     WideSquare,
 }
 

@@ -24,3 +24,4 @@ pub(crate) mod job;
 pub(crate) mod square;
 mod square_expansion;
 mod square_ground;
+mod unwindowed;

@@ -1,8 +1,8 @@
 //! Tiles whose groups are squares of 4 × 4 pixels instead of pieces of a row.
 //!
-//! Sixteen pixels in a row of 4 cm extend over 60 cm of range, four by four over a third of it: where
-//! pixels are coarse, squares still find their range bins in a window of registers. The range over a
-//! square is a polynomial in both directions about its middle.
+//! Sixteen pixels in a row of 4 cm extend over 60 cm of range, a square of four by four over a third of 60
+//! cm: where pixels are coarse, squares still find their range bins in a window of registers. The range over
+//! a square is a polynomial in both directions about its middle.
 
 use super::evaluator::Evaluator;
 use super::job::{Band, CHUNK, GROUP, Job, PixelWeight, SIDE, TILE, Tally, square_rows};
@@ -21,9 +21,9 @@ const MOST_STRIPS: usize = square_rows(8) / SIDE;
 
 /// Images a band into `out` `[rows, columns]`; the caller keeps `rows` within [`square_rows`].
 ///
-/// `DEGREE` is that of the table, `TERMS` counts the cosine's coefficients (the sine has one less),
-/// `CUBIC` adds the third order of the range within a square, `WIDE` takes windows of two registers
-/// where one is not enough, and `RELIEF` heights of the pixels, which `relief` then has.
+/// `DEGREE` is the degree of the table, `TERMS` the number of the cosine's coefficients (the sine has one
+/// fewer); `CUBIC` adds the third order of the range within a square, `WIDE` permits windows of two
+/// registers, and `RELIEF` reads the heights of the pixels in `relief`.
 #[inline(always)]
 pub(crate) fn square_band<
     S: Lanes,
@@ -147,15 +147,15 @@ fn sum_block<
     }
     let count = |pulses: usize| (pulses * vectors * block.groups) as u64;
     tally.window += count(paths.narrow + paths.wide);
-    tally.gather += count(paths.gathered().len());
-    tally.reference += count(paths.reference().len());
-    if !paths.reference().is_empty() {
+    tally.gather += count(paths.others.gathered().len());
+    tally.reference += count(paths.others.reference().len());
+    if !paths.others.reference().is_empty() {
         sum_reference::<S, RELIEF>(block, &setup.frame, &paths, real, imag);
     }
 }
 
-/// Pixels of a group from its middle, one pair of vectors a vector of the group: along the row, across,
-/// and their products.
+/// Offsets of a group's pixels from the group's middle along the row and across, and products of these
+/// offsets, for both vectors of the group.
 struct Offsets<S: Lanes> {
     along: [S::V; 2],
     across: [S::V; 2],
@@ -216,7 +216,7 @@ impl<
     const RELIEF: bool,
 > BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE, RELIEF>
 {
-    /// Sums from windows of group `k`, real and imaginary parts of each vector.
+    /// Sums of group `k` over the pulses read from windows: real and imaginary part of each vector.
     #[inline(always)]
     fn windows(&self, k: usize) -> [[S::V; 2]; 2] {
         let s = self.block.s;
@@ -246,7 +246,7 @@ impl<
     ) {
         let (s, n, lanes) = (self.block.s, S::N, self.lanes);
         let row_length = SquareSetup::rows(RELIEF) * n;
-        let beside = self.block.ground.beside_m[k].as_ptr();
+        let residual = self.block.ground.residual_m[k].as_ptr();
         let rows = self.setup.windowed.0.as_ptr();
         let is_weighted = self.block.job.weight.is_some();
         // SAFETY: the caller vouches for the slots; windows were checked to lie within their pulse's rows.
@@ -267,7 +267,7 @@ impl<
                         ),
                     );
                     if RELIEF {
-                        let b = s.load(beside.add(side * n));
+                        let b = s.load(residual.add(side * n));
                         linear = s.mul_add(b, term(10), linear);
                         let change =
                             s.mul_add(i, term(11), s.mul_add(j, term(12), s.mul(b, term(13))));
@@ -287,11 +287,7 @@ impl<
                         true => Some(term(SquareSetup::weight_row(RELIEF))),
                         false => None,
                     };
-                    if TWO {
-                        self.evaluator.windowed2(window, t, weight, sums);
-                    } else {
-                        self.evaluator.windowed(window, t, weight, sums);
-                    }
+                    self.evaluator.windowed::<TWO>(window, t, weight, sums);
                 }
                 at = at.wrapping_add(row_length);
             }
@@ -310,9 +306,10 @@ impl<
         let [su, sv] = ground.slope.map(|slope| s.splat(slope[k]));
         let is_apart = block.job.antennas_m.len() > 1;
         let is_weighted = block.job.weight.is_some();
-        for &m in self.paths.gathered() {
+        for &m in self.paths.others.gathered() {
             let m = usize::from(m);
-            // From the middle of the group, in double precision: squares of coarse pixels are large.
+            // Ranges count from the middle of the group, computed in double precision: squares of coarse
+            // pixels are large.
             let origin = Origin::of(block, frame, k, m);
             for (side, sums) in sums.iter_mut().enumerate().take(GROUP / S::N) {
                 let (i, j) = (
@@ -322,8 +319,9 @@ impl<
                 let mut height = s.splat(0.0);
                 if RELIEF {
                     // SAFETY: a group has as many numbers as its vectors together.
-                    let beside = unsafe { s.load(ground.beside_m[k].as_ptr().add(side * S::N)) };
-                    height = s.mul_add(i, su, s.mul_add(j, sv, beside));
+                    let residual =
+                        unsafe { s.load(ground.residual_m[k].as_ptr().add(side * S::N)) };
+                    height = s.mul_add(i, su, s.mul_add(j, sv, residual));
                 }
                 let offset = [i, j, height];
                 let [sent, mut difference] = self.exact(&origin.from[0], offset);
@@ -349,8 +347,8 @@ impl<
         }
     }
 
-    /// Ranges of pixels from an antenna, and how much longer than that of their group's middle they are, m; pixels are
-    /// at `offset` from the middle, along the row, across, and in height.
+    /// Ranges of pixels from an antenna, and their excess over the range of the group's middle, m. The last
+    /// argument is the offset of the pixels from the middle along the row, across, and in height.
     #[inline(always)]
     fn exact(&self, seen: &Seen, [i, j, height]: [S::V; 3]) -> [S::V; 2] {
         let s = self.block.s;
@@ -388,7 +386,7 @@ fn sum_reference<S: Lanes, const RELIEF: bool>(
         };
         block.point_m(i as f64, j as f64, up_m)
     };
-    for &m in paths.reference() {
+    for &m in paths.others.reference() {
         let pulse = block.pulses.start + usize::from(m);
         for (j, first) in (0..rows).flat_map(|j| (0..columns).step_by(DELAYS).map(move |i| (j, i)))
         {

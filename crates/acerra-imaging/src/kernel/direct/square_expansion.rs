@@ -1,10 +1,12 @@
-//! Expansion of the range over squares of pixels, and the choice of how each pulse is read.
+//! Expansion of the range over squares of pixels, and the choice between windows, gathers and the
+//! double-precision sum for each pulse.
 
 use super::job::{Band, CHUNK, GROUP, HALF, Job, PixelWeight, SIDE};
 use super::square_ground::SquareGround;
+use super::unwindowed::{Unwindowed, whole_and_rest};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
-use crate::kernel::two_ways::{half_sum, lesser, spreading};
+use crate::kernel::two_ways::{half_sum, half_sums, lesser, spreading};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
@@ -19,7 +21,7 @@ pub(super) struct SquareBlock<'a, S> {
     /// Groups that hold pixels of the band.
     pub groups: usize,
     pub pulses: Range<usize>,
-    /// Heights of its pixels; level ground where the kernel takes none.
+    /// Heights of the block's pixels; level ground for kernels without heights.
     pub ground: &'a SquareGround,
 }
 
@@ -30,7 +32,7 @@ pub(super) struct Frame {
     pub pixel_m: [f64; 2],
     /// Unit vectors along the row and across.
     unit: [[f64; 3]; 2],
-    /// Cosine of the angle between them.
+    /// Cosine of the angle between the unit vectors.
     pub skew: f64,
 }
 
@@ -60,7 +62,7 @@ impl<S: Lanes> SquareBlock<'_, S> {
     }
 }
 
-/// A point as an antenna sees it.
+/// Offset of a point from an antenna.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Seen {
     pub range_m: f32,
@@ -71,10 +73,10 @@ pub(super) struct Seen {
     pub up_m: f32,
 }
 
-/// The middle of a group as the antennas of a pulse see it.
+/// The middle of a group, relative to the antennas of a pulse.
 pub(super) struct Origin {
     pub from: [Seen; 2],
-    /// The mean range in bins: whole bins past the pulse's entry 0, and the rest.
+    /// Mean range in bins, as whole bins past the pulse's entry 0 and a fraction.
     pub whole: i32,
     pub fraction: f32,
 }
@@ -109,24 +111,16 @@ impl Origin {
     }
 }
 
-/// Whole bins and the rest of a range counted in bins.
-#[inline(always)]
-fn whole_and_rest(bins: f64) -> (i32, f32) {
-    #[allow(clippy::manual_clamp)] // `clamp` would keep NaN
-    // SAFETY: the bounds keep it within an i32, and replace NaN.
-    let whole = unsafe { bins.max(-1e9).min(1e9).to_int_unchecked::<i32>() };
-    (whole, (bins - f64::from(whole)) as f32)
-}
-
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct SquareSetup {
-    /// Of each pulse that has windows, [`Self::rows`] rows of N, one lane a group: slopes of the range
-    /// along the row and across (bins a pixel); half its second derivatives along, mixed (whole) and
-    /// across; one over the range in bins; and for either vector the range at the group's middle in bins
-    /// past that vector's window, and the bits of the integer at which the window starts in the chunk's
-    /// table; over uneven ground also the change of the range with height (bins a metre), that of its slopes
-    /// along the row and across, and half its second derivative with height; last the weight of the group, where
-    /// pixels have one. Pulses of narrow windows are stored from the front on, those of wide ones from the back.
+    /// Parameters of each pulse that has windows, [`Self::rows`] rows of N, one lane a group: slopes of the
+    /// range along the row and across (bins a pixel); half its second derivatives along, mixed (whole) and
+    /// across; one over the range in bins; and for either vector the range at the group's middle in bins past
+    /// that vector's window, and the bits of the integer at which the window starts in the chunk's table;
+    /// over uneven ground also the change of the range with height (bins a metre), that of its slopes along
+    /// the row and across, and half its second derivative with height; last the weight of the group, where
+    /// pixels have one. Pulses of narrow windows are stored from the front on, those of wide ones from the
+    /// back.
     pub windowed: Aligned<{ CHUNK * Self::MOST_ROWS * MAX_LANES }>,
     pub frame: Frame,
     /// Middle of the block from each antenna of each pulse, and the mean range in bins.
@@ -158,7 +152,7 @@ impl SquareSetup {
         }
     }
 
-    /// Ranges from every antenna to the block's middle, in double precision.
+    /// Computes the ranges from every antenna to the block's middle in double precision.
     #[inline(always)]
     pub fn measure<S: Lanes>(&mut self, block: &SquareBlock<S>) {
         let along = 0.5 * (SIDE * S::N - 1) as f64;
@@ -185,74 +179,61 @@ impl SquareSetup {
             }
         }
         for m in 0..block.pulses.len() {
-            let (whole, fraction) = whole_and_rest(mean[m] * inverse_bin - start[m]);
-            self.whole[m] = whole;
-            self.fraction[m] = fraction;
+            (self.whole[m], self.fraction[m]) = whole_and_rest(mean[m] * inverse_bin - start[m]);
         }
     }
 }
 
-/// How the pulses of a chunk are read for one block.
+/// Pulses of a chunk by the way in which they are read for one block.
 pub(super) struct SquarePaths {
     /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
     pub narrow: usize,
     pub wide: usize,
-    gathered: [u8; CHUNK],
-    gathers: usize,
-    reference: [u8; CHUNK],
-    references: usize,
-}
-
-impl SquarePaths {
-    /// Pulses that gather.
-    #[inline(always)]
-    pub fn gathered(&self) -> &[u8] {
-        &self.gathered[..self.gathers]
-    }
-
-    /// Pulses summed in double precision.
-    #[inline(always)]
-    pub fn reference(&self) -> &[u8] {
-        &self.reference[..self.references]
-    }
+    pub others: Unwindowed,
 }
 
 /// The range over each group, one lane a group, in bins and pixels.
 #[derive(Clone, Copy)]
 struct Expansion<S: Lanes> {
-    /// At the middle, m: the nearer of two antennas.
+    /// Range at the middle from the nearer antenna, m.
     range_m: S::V,
-    /// At the middle, past the whole bins of the block's middle.
+    /// Range at the middle, bins past the whole bins of the block's middle.
     t: S::V,
     slope: [S::V; 2],
-    /// Half the second derivative along, the mixed one, and half that across.
+    /// Half the second derivative along the row.
     along_square: S::V,
+    /// Mixed second derivative.
     product: S::V,
+    /// Half the second derivative across.
     across_square: S::V,
     /// One over the range in bins.
     inverse_bins: S::V,
-    /// Bound of what the expansion drops.
+    /// Bound of the expansion's truncation error.
     truncation_error: S::V,
     /// Bound of the third-order part over a group.
     third: S::V,
-    /// Most that heights beside the planes of the groups change the range.
+    /// Bound of the change of range by heights off the planes of the groups.
     uneven: S::V,
-    /// Change of the range with height (bins a metre), of its slopes, and half its second derivative with height.
+    /// Derivative of the range with height (bins a metre).
     rise: S::V,
+    /// Derivatives of both slopes with height.
     slope_change: [S::V; 2],
     half_curvature: S::V,
 }
 
 /// The groups of a block, one lane each.
 struct Groups<S: Lanes> {
-    /// Their middles from that of the block along the row, m, and above it; no height over level ground.
+    /// Offsets of the groups' middles from the block's middle along the row, m.
     along_m: S::V,
+    /// Heights of the groups' middles above the block's middle, m; zero over level ground.
     plane_m: S::V,
-    /// Slopes of their planes, and the largest departures of pixels from those, m.
+    /// Slopes of the groups' planes.
     slope: [S::V; 2],
+    /// Largest departures of pixels from the groups' planes, m.
     uneven_m: S::V,
-    /// Squares of the lengths of the axes of their planes, and the inner product; those of the band are unit vectors.
+    /// Squared lengths of the axes in the groups' planes (axes of the band are unit vectors).
     axes: [S::V; 2],
+    /// Inner products of these axes.
     skew: S::V,
     /// Square of the greatest distance of a pixel from the middle, m².
     reach_square: S::V,
@@ -338,7 +319,8 @@ impl<S: Lanes> Expansion<S> {
         let range = s.sqrt(square);
         let difference = s.div(square_difference, s.add(range, range0));
         let inverse = s.div(one, range);
-        // Slopes of the range along the axes of the group's plane, whose squares of length and inner product follow.
+        // Slopes of the range along the axes of the group's plane, followed by the squared lengths and the
+        // inner product of these axes.
         let (mut u, mut v) = (s.mul(along, inverse), s.mul(across, inverse));
         let ([uu, vv], uv) = (groups.axes, groups.skew);
         let mut rise = zero;
@@ -428,33 +410,30 @@ impl<S: Lanes> Expansion<S> {
         mean
     }
 
-    /// Half of the sum of two, or of their difference where the other's `sign` is −1.
+    /// Half of the sum of two expansions, or half of their difference where `sign` is −1.
     #[inline(always)]
     fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
-        Self {
-            range_m: half_sum(s, sign, self.range_m, other.range_m),
-            t: half_sum(s, sign, self.t, other.t),
-            slope: [
-                half_sum(s, sign, self.slope[0], other.slope[0]),
-                half_sum(s, sign, self.slope[1], other.slope[1]),
+        half_sums!(
+            (s, sign, self, other),
+            [
+                range_m,
+                t,
+                along_square,
+                product,
+                across_square,
+                inverse_bins,
+                truncation_error,
+                third,
+                uneven,
+                rise,
+                half_curvature,
             ],
-            along_square: half_sum(s, sign, self.along_square, other.along_square),
-            product: half_sum(s, sign, self.product, other.product),
-            across_square: half_sum(s, sign, self.across_square, other.across_square),
-            inverse_bins: half_sum(s, sign, self.inverse_bins, other.inverse_bins),
-            truncation_error: half_sum(s, sign, self.truncation_error, other.truncation_error),
-            third: half_sum(s, sign, self.third, other.third),
-            uneven: half_sum(s, sign, self.uneven, other.uneven),
-            rise: half_sum(s, sign, self.rise, other.rise),
-            slope_change: [
-                half_sum(s, sign, self.slope_change[0], other.slope_change[0]),
-                half_sum(s, sign, self.slope_change[1], other.slope_change[1]),
-            ],
-            half_curvature: half_sum(s, sign, self.half_curvature, other.half_curvature),
-        }
+            [slope, slope_change]
+        )
     }
 
-    /// Most of the linear and of the square part over a group whose heights depart by `uneven_m` from its plane, bins.
+    /// Bounds of the linear and of the quadratic part over a group whose heights depart by up to `uneven_m`
+    /// from the group's plane, bins.
     #[inline(always)]
     fn most(&self, s: S, uneven_m: S::V) -> [S::V; 2] {
         let half = s.splat(HALF);
@@ -469,11 +448,12 @@ impl<S: Lanes> Expansion<S> {
         ]
     }
 
-    /// Bins that either vector of a group spans, and the whole bins from which its window must reach.
+    /// Number of bins that a vector spans, and for either vector of a group the whole bins at which its
+    /// window must start.
     #[inline(always)]
     fn windows<const CUBIC: bool, const RELIEF: bool>(&self, s: S) -> (S::V, [S::V; 2]) {
         let vectors = GROUP / S::N;
-        // Rows of a vector from its middle to its edge, and middles of vectors from that of the group.
+        // Rows from a vector's middle to its edge, and from the group's middle to the vectors' middles.
         let rows = 0.5 * (SIDE / vectors - 1) as f32;
         let shift = 0.5 * ((vectors - 1) * SIDE / vectors) as f32;
         // A range is convex: over a vector it stays above its tangent plane at the vector's middle,
@@ -545,8 +525,8 @@ impl<S: Lanes> Expansion<S> {
     }
 }
 
-/// Expands the ranges of all pulses of a chunk and decides how each is read: a function that all degrees of tables
-/// share.
+/// Expands the ranges of all pulses of a chunk and decides how each pulse is read. All degrees of tables
+/// share this function.
 #[inline(never)]
 pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool>(
     block: &SquareBlock<S>,
@@ -574,10 +554,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
     let mut paths = SquarePaths {
         narrow: 0,
         wide: 0,
-        gathered: [0; CHUNK],
-        gathers: 0,
-        reference: [0; CHUNK],
-        references: 0,
+        others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);
@@ -587,8 +564,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
             expansion = sent.mean::<CUBIC>(s, received, groups.uneven_m);
         }
         if !s.all_le(groups.near_m, expansion.range_m) {
-            paths.reference[paths.references] = m as u8;
-            paths.references += 1;
+            paths.others.refer(m);
             continue;
         }
         let (span, windows) = expansion.windows::<CUBIC, RELIEF>(s);
@@ -601,8 +577,7 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
             && s.all_le(negative, whole)
             && s.all_le(most, last_window);
         if !fits {
-            paths.gathered[paths.gathers] = m as u8;
-            paths.gathers += 1;
+            paths.others.gather(m);
             continue;
         }
         let length = SquareSetup::rows(RELIEF) * n;

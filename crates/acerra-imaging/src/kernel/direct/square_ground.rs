@@ -15,7 +15,7 @@ pub(super) struct SquareGround {
     pub slope: [[f32; MAX_LANES]; 2],
     pub uneven_m: [f32; MAX_LANES],
     /// Every pixel's height above the plane of its square, square by square, m.
-    pub beside_m: [[f32; GROUP]; MAX_LANES],
+    pub residual_m: [[f32; GROUP]; MAX_LANES],
 }
 
 impl SquareGround {
@@ -25,7 +25,7 @@ impl SquareGround {
         plane_m: [0.0; MAX_LANES],
         slope: [[0.0; MAX_LANES]; 2],
         uneven_m: [0.0; MAX_LANES],
-        beside_m: [[0.0; GROUP]; MAX_LANES],
+        residual_m: [[0.0; GROUP]; MAX_LANES],
     };
 
     /// Fits planes to the first `columns` columns and `rows` rows of `relief`, `groups` squares side by side; the
@@ -56,17 +56,17 @@ impl SquareGround {
                 moment(&|p| from_middle(p % SIDE)),
                 moment(&|p| from_middle(p / SIDE)),
             ];
-            let beside = &mut self.beside_m[k];
+            let residual = &mut self.residual_m[k];
             let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-            for (p, beside) in beside.iter_mut().enumerate() {
+            for (p, residual) in residual.iter_mut().enumerate() {
                 let plane = rise[0] * from_middle(p % SIDE) + rise[1] * from_middle(p / SIDE);
-                *beside = heights[p] - plane;
-                low = low.min(*beside);
-                high = high.max(*beside);
+                *residual = heights[p] - plane;
+                low = low.min(*residual);
+                high = high.max(*residual);
             }
             let middle = 0.5 * (low + high);
-            for beside in beside {
-                *beside -= middle;
+            for residual in residual {
+                *residual -= middle;
             }
             self.plane_m[k] = middle;
             for axis in 0..2 {
@@ -89,12 +89,12 @@ impl SquareGround {
         let rise = |axis: usize, x: usize| {
             f64::from(self.slope[axis][k]) * pixel_m[axis] * f64::from(from_middle(x))
         };
-        let beside_m = f64::from(self.plane_m[k]) + f64::from(self.beside_m[k][p]);
-        self.middle_m + beside_m + rise(0, p % SIDE) + rise(1, p / SIDE)
+        let residual_m = f64::from(self.plane_m[k]) + f64::from(self.residual_m[k][p]);
+        self.middle_m + residual_m + rise(0, p % SIDE) + rise(1, p / SIDE)
     }
 }
 
-/// Pixels from the middle of a square to its `x`-th column or row.
+/// Pixels from the middle of a square to the `x`-th column or row.
 fn from_middle(x: usize) -> f32 {
     x as f32 - HALF
 }
@@ -125,7 +125,7 @@ mod tests {
                 let (i, j) = ((SIDE * k + p % SIDE).min(32), (p / SIDE).min(2));
                 let found = ground.height_m(pixel_m, k, p);
                 assert!((found - f64::from(height(i, j))).abs() < 2e-6);
-                assert!(ground.beside_m[k][p].abs() <= ground.uneven_m[k] + 1e-7);
+                assert!(ground.residual_m[k][p].abs() <= ground.uneven_m[k] + 1e-7);
             }
         }
         assert_eq!(ground.plane_m[15], ground.plane_m[8]);

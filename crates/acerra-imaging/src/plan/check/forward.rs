@@ -18,7 +18,7 @@ use std::ops::Range;
 pub(in crate::plan) type Run<'a> =
     dyn Fn(Range<usize>, (&TiltedGrid, &[Complex32]), &mut [Complex64], &Meter) + Sync + 'a;
 
-/// What a check looks at.
+/// Places that a check compares.
 pub(in crate::plan) struct Places<'a> {
     pub grid: ImageGrid<'a>,
     /// Pixels of the coarse lattice on which patches start.
@@ -26,7 +26,7 @@ pub(in crate::plan) struct Places<'a> {
     /// Random pixels of all patches.
     pub pixels: usize,
     pub seed: u64,
-    /// Pulses, of which one range drawn at random looks at a patch.
+    /// Ranges of pulses; a range drawn at random observes each patch.
     pub pulses: Vec<Range<usize>>,
 }
 
@@ -36,7 +36,7 @@ const SEED: u64 = 0x5eed_0002;
 /// Double-precision contributions (frequency × pulse) that a check may spend.
 const CONTRIBUTIONS: usize = 20_000_000;
 
-/// Pixels of a check: as the options ask, and fewer where each is expensive.
+/// Number of pixels of a check: the number in the options, or fewer where a pixel is expensive.
 pub(in crate::plan) fn check_pixels(request: &Request) -> usize {
     let most = request.options.check_pixels.max(1);
     let spectra = request.echoes.len() * request.echoes.pulses.frequency_hz().len();
@@ -113,7 +113,7 @@ pub(in crate::plan) fn compare_places(
     Ok(judged(&found, places.pixels))
 }
 
-/// An image of zeros but for `pixels` random values at random places.
+/// An image that is zero except for `pixels` random values at random places.
 fn random_image(patch: &TiltedGrid, pixels: usize, seed: u64) -> Vec<Complex32> {
     let mut random = Random(seed);
     let mut image = vec![Complex32::ZERO; patch.columns * patch.rows];

@@ -20,11 +20,12 @@ use num_complex::{Complex32, Complex64};
 
 /// Double-precision contributions (frequency × pulse) that a check may spend.
 const CONTRIBUTIONS: usize = 40_000_000;
-/// Those that it may spend for each contribution (pixel × pulse) of the image: a few hundredths of its
-/// time, a term of the sum in double precision taking about as long as a contribution.
+/// Double-precision contributions of a check for each contribution (pixel × pulse) of the image. A term of
+/// the double-precision sum takes about as long as a contribution, so that the check takes a few hundredths
+/// of the image's time.
 const SHARE: f64 = 0.05;
-/// Accuracies below which rounding in single precision decides: its errors gather in few pixels, and
-/// checks take as many as they may.
+/// Accuracy below which rounding in single precision dominates: rounding errors concentrate in few pixels,
+/// and checks draw as many pixels as allowed.
 pub(in crate::plan) const ROUNDING_BELOW: f64 = 1e-4;
 /// Least pixels of a check, where the options ask for as many.
 const LEAST_PIXELS: usize = 40;
@@ -60,7 +61,7 @@ fn affordable(request: &Request) -> usize {
     CONTRIBUTIONS / (pulses.len() * pulses.frequency_hz().len()).max(1)
 }
 
-/// Length and width of a patch in samples of the coarse grid, without those around it.
+/// Length and width of a patch in samples of the coarse grid, without the surrounding samples.
 const PATCH_SAMPLES: [usize; 2] = [4, 2];
 
 /// Images small patches at random places and compares pixels of each.
@@ -71,7 +72,7 @@ pub(in crate::plan) fn compare_patches(
     control: Control,
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (request.grid.plane(), &request.echoes);
-    // Of the coarsest grids: a patch then holds all phases of every interpolation.
+    // Sizes of the coarsest grids, so that a patch holds all phases of every interpolation.
     let most = |of: &dyn Fn(&FactorizedSpec, usize) -> usize| {
         (factorized.specs()).fold([1, 1], |most, (spec, _)| {
             [0, 1].map(|axis| most[axis].max(of(spec, axis)))
@@ -129,7 +130,7 @@ pub(in crate::plan) fn compare_pixels(
     let places: Vec<[[usize; 2]; 2]> = (0..pixels.div_ceil(2))
         .map(|_| {
             let at = [random.below(grid.columns()), random.below(grid.rows())];
-            // Anywhere in a block, so that every vector of a block is covered.
+            // Pixels anywhere in a block, so that every vector of a block is covered.
             let before = [random.below(width), random.below(height)];
             [[0, 1].map(|axis| at[axis].saturating_sub(before[axis])), at]
         })
@@ -161,7 +162,8 @@ pub(in crate::plan) fn compare_pixels(
 /// Random pixels that are compared in a block of a row: rays to the whole block are traced for the first.
 const OF_BLOCK: usize = 4;
 
-/// Compares values in double precision at random pixels, and at the brightest of the block of a row about each.
+/// Compares values in double precision at random pixels, and at the brightest pixel of the block of a row
+/// about each of these.
 pub(in crate::plan) fn compare_values(
     request: &Request,
     tables: &DoubleTables,
@@ -197,7 +199,7 @@ pub(in crate::plan) fn compare_values(
 /// Place of a pixel, m, and its value.
 pub(in crate::plan) type Pixel = ([f64; 3], Complex32);
 
-/// Deviations of pixels from the double-precision sum; once cancelled they have no meaning.
+/// Deviations of pixels from the double-precision sum, without meaning once cancelled.
 pub(in crate::plan) fn deviations(
     echoes: &WeightedPulses,
     pixels: &[Pixel],
@@ -213,7 +215,7 @@ pub(in crate::plan) fn deviations(
     pixels.iter().zip(expected).map(deviation).collect()
 }
 
-/// The check of pixels in pairs: a random one, and the brightest near it.
+/// The self-check by pairs of a random pixel and the brightest pixel near it.
 fn judged_in_pairs(found: &[Deviation]) -> SelfCheck {
     let every_second = |first: usize| found.iter().copied().skip(first).step_by(2);
     let [random, bright] = [0, 1].map(|first| every_second(first).collect::<Vec<_>>());

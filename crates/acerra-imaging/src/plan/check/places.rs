@@ -7,7 +7,7 @@ use num_complex::Complex32;
 
 /// Cells of the lattice of patches, per axis.
 const LATTICE: usize = 6;
-/// Corners, where spatial frequencies are highest.
+/// Number of corners, where spatial frequencies are highest.
 const CORNERS: usize = 4;
 /// Most patches of a check.
 pub(super) const MOST_PATCHES: usize = CORNERS + LATTICE * LATTICE;
@@ -69,7 +69,7 @@ fn patch_at(
     })
 }
 
-/// Power of a difference and of the value expected.
+/// Power of the difference between a value and its reference, and power of the reference.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::plan) struct Deviation {
     pub difference: f64,
@@ -83,8 +83,8 @@ pub(in crate::plan) fn brightest(values: &[Complex32]) -> usize {
         .unwrap_or(0)
 }
 
-/// The check of random pixels and of the brightest pixels near them, where errors in phase show and a
-/// few draws seldom look: the larger of both errors.
+/// The self-check by random pixels and by the brightest pixels near them: the larger of both errors. Phase
+/// errors show at bright pixels, which a few random draws seldom hit.
 pub(super) fn judged_apart(random: &[Deviation], bright: &[Deviation]) -> SelfCheck {
     let [random, bright] = [random, bright].map(|found| judged(found, found.len()));
     SelfCheck {
@@ -94,11 +94,11 @@ pub(super) fn judged_apart(random: &[Deviation], bright: &[Deviation]) -> SelfCh
     }
 }
 
-/// The check that deviations at `pixels` pixels make: relative error, or absolute where all values are
-/// zero.
+/// The self-check result from deviations at `pixels` pixels: the relative error, or the absolute error where
+/// all values are zero.
 ///
-/// The error's square is a ratio of means, r = Σd/Σp. One bright pixel among those drawn lowers it, so
-/// its variance Σ(d − rp)²/(Σp)² (linearised, over draws) is added twice over.
+/// The error's square is a ratio of means, r = Σd/Σp. One bright pixel among those drawn lowers r, so twice
+/// its standard error, from the variance Σ(d − rp)²/(Σp)² (linearised, over draws), is added.
 pub(in crate::plan) fn judged(found: &[Deviation], pixels: usize) -> SelfCheck {
     let difference: f64 = found.iter().map(|d| d.difference).sum();
     let power: f64 = found.iter().map(|d| d.power).sum();

@@ -16,10 +16,12 @@ use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use std::ops::Range;
 
-/// Places, corners first, at which a slice is compared, and where those leave the verdict open.
+/// Numbers of places, corners first, at which a slice is compared: at first, and where the first comparison
+/// is undecided.
 const PLACES: [usize; 2] = [6, 24];
-/// Share of the pulses that see a place, and the fewest of them where they can be parted so.
+/// Places are compared with about this fraction (one over the number) of the pulses.
 const SHARE_OF_PULSES: usize = 16;
+/// Least number of pulses that observe a place.
 const LEAST_PULSES: usize = 32;
 /// Bytes that range bins may take at most; more pulses are taken in batches.
 const BIN_BYTES: u128 = 1 << 28;
@@ -41,8 +43,8 @@ pub(crate) enum Shared<'a> {
 }
 
 impl<'a> SlicesForward<'a> {
-    /// Plans on the slice nearest to the antennas in height, aiming at a share of the accuracy, and compares every
-    /// slice with the double-precision sum at some places.
+    /// Makes a plan for the slice nearest to the antennas in height, which aims at a share of the accuracy,
+    /// and compares every slice with the double-precision sum at some places.
     ///
     /// # Errors
     /// As [`Forward::new`], and cancellation.
@@ -91,7 +93,7 @@ impl<'a> SlicesForward<'a> {
         Ok(Shared::Held(Box::new(shared)))
     }
 
-    /// The check of a slice that does not keep the accuracy.
+    /// The first failed check of a slice, if any slice does not keep the accuracy.
     fn broken(
         &self,
         slice: u64,
@@ -111,12 +113,12 @@ impl<'a> SlicesForward<'a> {
         Ok((found.error_bound > allowed).then_some(found))
     }
 
-    /// The slices.
+    /// The slices that the plan models.
     pub fn slices(&self) -> Range<usize> {
         self.first..self.first + self.plan.request.slices.len()
     }
 
-    /// The plan of the slice planned on.
+    /// The plan, made on the slice nearest to the antennas.
     pub fn plan(&self) -> &Forward<'a> {
         &self.plan
     }
@@ -130,7 +132,7 @@ impl<'a> SlicesForward<'a> {
         u128::from(self.plan.report.working_bytes) + bins as u128
     }
 
-    /// Pulses whose bins are held at a time: as many as fit into the memory left, and one unit at least.
+    /// Batches of pulses whose bins are held in memory at a time: at least one unit a batch.
     fn batches(&self, direct: &DirectForward) -> Vec<Range<usize>> {
         let bytes = (direct.bins_of_pulse().max(1) * size_of::<f64>()) as u128;
         let image = (self.plan.request.pixels() * size_of::<Complex32>()) as u128;
@@ -139,8 +141,8 @@ impl<'a> SlicesForward<'a> {
         joined(self.plan.units(), (left.min(BIN_BYTES) / bytes) as usize)
     }
 
-    /// Adds the spectra `[M, N]` of all slices to `spectrum`; `give` fills the image of a slice of the volume. After
-    /// cancellation they are incomplete.
+    /// Adds the spectra `[M, N]` of all slices to `spectrum`; `give` fills the image of a slice of the
+    /// volume. After cancellation the spectra are incomplete.
     pub fn add(
         &self,
         give: &mut dyn FnMut(usize, &mut [Complex32]),
@@ -172,7 +174,7 @@ impl<'a> SlicesForward<'a> {
                 give(self.first + k, image);
                 let bins = Echo::Bins {
                     sums: &mut sums,
-                    beside: spectra,
+                    near_spectra: spectra,
                 };
                 self.plan.add(&which, (grid, image), bins, meter);
             }

@@ -1,7 +1,7 @@
-//! Groups of slices that a plan each serves.
+//! Groups of slices, one plan a group.
 //!
-//! The directions and ranges near the antennas need a dearer plan than far slices do. A tall volume is
-//! halved, and its halves again, as long as separate plans save more than they cost.
+//! Slices near the antennas need a dearer plan than far slices. A tall volume is halved, and its halves
+//! again, as long as separate plans save more than they cost.
 
 use super::super::band::mean_power;
 use super::super::budget::Budget;
@@ -53,7 +53,7 @@ pub(crate) fn groups(
     Ok(groups)
 }
 
-/// The slice of some that is nearest to the mean height of the antennas.
+/// The slice among `slices` that is nearest to the mean height of the antennas.
 pub(super) fn nearest_slice(volume: &VolumeGrid, slices: &Range<usize>, pulses: &Pulses) -> usize {
     let k = ((mean_height_m(pulses) - volume.base.z_m) / volume.step_m).round();
     k.clamp(slices.start as f64, (slices.end - 1) as f64) as usize
@@ -65,7 +65,7 @@ fn mean_height_m(pulses: &Pulses) -> f64 {
 
 struct Halving<'a> {
     volume: &'a VolumeGrid,
-    /// Any slice's.
+    /// The request of any slice.
     request: Request<'a>,
     /// Power at each frequency.
     power: Vec<f64>,
@@ -73,7 +73,7 @@ struct Halving<'a> {
 }
 
 impl Halving<'_> {
-    /// Adds the groups of `slices`, whose nearest slice costs `cost` where that is known already.
+    /// Adds the groups of `slices`; `cost` is the cost of the nearest slice where it is known already.
     fn divide(
         &self,
         slices: Range<usize>,
@@ -121,7 +121,7 @@ impl Halving<'_> {
         a.max(b) > FARTHER * a.min(b)
     }
 
-    /// Vector operations a contribution of the cheaper engine on the nearest of some slices.
+    /// Vector operations a contribution of the cheaper engine on the nearest of `slices`.
     fn cost_of(&self, slices: &Range<usize>) -> Result<f64, ImagingError> {
         let slice = self.volume.slice(self.nearest(slices)).into();
         let options = &self.request.options;
@@ -138,7 +138,7 @@ impl Halving<'_> {
                 sample.share(|sight| sight.range_m < spec.reference_below_m)
             }
         };
-        let beside = near * pulses.frequency_hz().len() as f64;
+        let near_cost = near * pulses.frequency_hz().len() as f64;
         let factorized = match options.engine {
             Engine::Auto | Engine::Factorized => {
                 partitions::<Imaging>(&request, options.accuracy, &self.power, self.control)?
@@ -146,6 +146,6 @@ impl Halving<'_> {
             _ => None,
         };
         let factorized_cost = factorized.map_or(f64::INFINITY, |p| mean_costs(&p)[0]);
-        Ok(direct_cost.min(factorized_cost) + beside)
+        Ok(direct_cost.min(factorized_cost) + near_cost)
     }
 }

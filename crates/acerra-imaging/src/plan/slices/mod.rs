@@ -1,4 +1,4 @@
-//! Volumes: neighbouring slices that share a plan, and the proof of every slice while it is imaged.
+//! Volumes: neighbouring slices share a plan, and every slice is checked while it is imaged.
 
 pub(crate) mod forward;
 pub(crate) mod groups;

@@ -22,15 +22,16 @@ use std::ops::Range;
 pub(crate) struct SlicesPlan<'a> {
     plan: ImagingPlan<'a>,
     first: usize,
-    /// Data of each slice.
+    /// Whether every slice has separate weights, and so separate tables.
     has_own_weights: bool,
     proof: Option<Proof>,
     worst: Option<SelfCheck>,
 }
 
 impl<'a> SlicesPlan<'a> {
-    /// Plans on the slice nearest to the antennas in height, where directions change fastest from pixel to
-    /// pixel, aiming at a share of the accuracy; `None` where single precision cannot keep so little.
+    /// Makes the plan on the slice nearest to the antennas in height, where directions change fastest from
+    /// pixel to pixel; the plan aims at a share of the accuracy. `None` where single precision cannot keep
+    /// that accuracy.
     ///
     /// # Errors
     /// As [`ImagingPlan::new`], and cancellation.
@@ -78,8 +79,8 @@ impl<'a> SlicesPlan<'a> {
         }))
     }
 
-    /// Images slice `k` of the volume, and compares some of its pixels; the result is `None` where the
-    /// reference itself is run.
+    /// Images slice `k` of the volume, and compares some of the slice's pixels with the reference; the result
+    /// is `None` where the reference itself is run.
     ///
     /// # Errors
     /// As [`ImagingPlan::run`].

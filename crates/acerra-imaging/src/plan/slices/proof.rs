@@ -1,4 +1,4 @@
-//! The proof of slices while they are imaged.
+//! Self-check of slices while they are imaged.
 //!
 //! Errors hardly change from one slice to the next, and powers may: a slice without targets is darker than
 //! its neighbours by orders of magnitude. Errors are therefore drawn at few pixels of every slice; the draws
@@ -28,7 +28,7 @@ use std::collections::VecDeque;
 const SHARE: f64 = 0.02;
 /// Cells of the lattice from which pixels are drawn in turn, per axis.
 const LATTICE: usize = 6;
-/// Step from one cell to the next but for whole turns: neighbouring draws are far apart.
+/// Step from one cell to the next, modulo the number of cells: neighbouring draws are far apart.
 const CELL_STEP: usize = 23;
 /// Side of the square about a random pixel whose brightest pixel is compared too.
 const SQUARE: usize = 16;
@@ -36,8 +36,8 @@ const SQUARE: usize = 16;
 const SLICES: usize = 4;
 /// Factor by which a slice's draws grow while they leave the verdict open.
 const MORE: usize = 2;
-/// Shares of the allowed error up to which draws of a slice are accepted: for fewer than are judged together,
-/// as many, twice as many; four times as many for the whole error.
+/// Shares of the allowed error up to which draws of one slice are accepted: with fewer draws than are judged
+/// together, with as many, and with twice as many. Four times as many are accepted up to the whole error.
 const BELIEVED: [f64; 3] = [0.6, 0.75, 0.9];
 
 /// Share of the accuracy that the draws of a slice may find, including their uncertainty. Of many slices near
@@ -49,21 +49,23 @@ type Pair = [Deviation; 2];
 
 /// Draws of the last slices.
 pub(super) struct Proof {
-    /// Draws of the last slices, and of this one at the back.
+    /// Draws of the last slices; the draws of the current slice are at the back.
     pairs: VecDeque<Pair>,
-    /// Draws of a slice, draws that are judged together, and most draws of a slice.
+    /// First number of draws of a slice.
     each: usize,
+    /// Number of draws that are judged together.
     together: usize,
+    /// Largest number of draws of a slice.
     most: usize,
     /// The error allowed.
     allowed: f64,
-    /// Draws so far: the next cell.
+    /// Number of draws so far, which determines the next cell.
     drawn: usize,
     random: Random,
 }
 
 impl Proof {
-    /// For slices alike to the request's.
+    /// The check for slices of the same size as the request's grid.
     pub fn new(request: &Request) -> Self {
         let frequencies = request.echoes.pulses.frequency_hz().len().max(1);
         let most = most_pixels(request).div_ceil(2);
@@ -84,7 +86,7 @@ impl Proof {
         }
     }
 
-    /// Compares pixels of the next slice; more where few leave the verdict open.
+    /// Compares pixels of the next slice, and more pixels while the verdict is open.
     ///
     /// # Errors
     /// Cancellation.
@@ -163,8 +165,8 @@ impl Proof {
     }
 }
 
-/// The check of a slice of mean power `power` by draws of it and of its neighbours: the larger of its error and
-/// that of the brightest pixels.
+/// The self-check of a slice of mean power `power` by draws of the slice and of its neighbours: the larger of
+/// the slice's error and the error of the brightest pixels.
 fn judged_of(pairs: &[Pair], power: f64) -> SelfCheck {
     let [random, bright] = [0, 1].map(|k| pairs.iter().map(|d| d[k]).collect::<Vec<_>>());
     let of_bright = judged(&bright, bright.len());

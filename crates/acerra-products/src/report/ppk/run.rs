@@ -20,7 +20,7 @@ pub(super) struct Run<'a> {
     pub solution: &'a PpkSolution,
     pub frame: EnuFrame,
     pub start: GpsTime,
-    /// Of every epoch with a position, since `start`.
+    /// Time of every epoch with a position, since `start`.
     pub time_s: Vec<f64>,
     pub enu_m: Vec<[f64; 3]>,
     pub sigma_m: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! What the pages hold.
+//! Contents of the pages.
 
 use super::*;
 

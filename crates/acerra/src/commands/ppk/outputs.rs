@@ -44,7 +44,10 @@ impl Extras {
             geoid,
             images,
             max_sigma_m: args.max_sigma.or(outputs.max_sigma_m),
-            residuals: args.residuals.clone().or_else(|| beside(args, outputs)),
+            residuals: args
+                .residuals
+                .clone()
+                .or_else(|| residuals_path(args, outputs)),
         })
     }
 
@@ -128,7 +131,7 @@ impl Extras {
 }
 
 /// Path of a configuration file's residuals: next to the solution file.
-fn beside(args: &Args, outputs: &ConfOutputs) -> Option<PathBuf> {
+fn residuals_path(args: &Args, outputs: &ConfOutputs) -> Option<PathBuf> {
     let output = args
         .output
         .as_deref()

@@ -119,57 +119,55 @@ pub(super) fn text(answer: &Answer) -> String {
             "", "theory", drawn.trials
         );
     }
-    let mut line = |name: &str, theory: Option<f64>, drawn: Option<Estimate>, scale: f64| {
+    let t = answer.theory;
+    let of = |get: fn(&Simulated) -> Option<Estimate>| drawn.as_ref().and_then(get);
+    let lines = [
+        (
+            "loss at the target, dB",
+            1.0,
+            Some(t.loss_at_target_db),
+            of(|d| Some(d.loss_at_target_db)),
+        ),
+        (
+            "loss at the peak, dB",
+            1.0,
+            t.peak_loss_db,
+            of(|d| Some(d.peak_loss_db)),
+        ),
+        (
+            "shift along, cm rms",
+            100.0,
+            t.shift_along_m,
+            of(|d| Some(d.shift_along_m)),
+        ),
+        (
+            "shift across, cm rms",
+            100.0,
+            t.shift_across_m,
+            of(|d| Some(d.shift_across_m)),
+        ),
+        (
+            "width along, × ideal",
+            1.0,
+            t.widening_along,
+            of(|d| d.widening_along),
+        ),
+        (
+            "width across, × ideal",
+            1.0,
+            t.widening_across,
+            of(|d| d.widening_across),
+        ),
+    ];
+    for (name, scale, theory, drawn) in lines {
         let theory = theory.map_or_else(|| "–".to_owned(), |v| format!("{:.3}", scale * v));
         let drawn = drawn.map_or_else(String::new, |e| {
-            let Estimate { value, low, high } = e;
-            format!(
-                "{:.3} [{:.3}, {:.3}]",
-                scale * value,
-                scale * low,
-                scale * high
-            )
+            let [value, low, high] = [e.value, e.low, e.high].map(|v| scale * v);
+            format!("{value:.3} [{low:.3}, {high:.3}]")
         });
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{name:<28}{theory:>10}   {drawn}");
-    };
-    let t = answer.theory;
-    line(
-        "loss at the target, dB",
-        Some(t.loss_at_target_db),
-        drawn.map(|d| d.loss_at_target_db),
-        1.0,
-    );
-    line(
-        "loss at the peak, dB",
-        t.peak_loss_db,
-        drawn.map(|d| d.peak_loss_db),
-        1.0,
-    );
-    line(
-        "shift along, cm rms",
-        t.shift_along_m,
-        drawn.map(|d| d.shift_along_m),
-        100.0,
-    );
-    line(
-        "shift across, cm rms",
-        t.shift_across_m,
-        drawn.map(|d| d.shift_across_m),
-        100.0,
-    );
-    line(
-        "width along, × ideal",
-        t.widening_along,
-        drawn.and_then(|d| d.widening_along),
-        1.0,
-    );
-    line(
-        "width across, × ideal",
-        t.widening_across,
-        drawn.and_then(|d| d.widening_across),
-        1.0,
-    );
+    }
     if !t.focused {
         text.push_str("note: no peak exceeds the speckle by these errors\n");
     }
