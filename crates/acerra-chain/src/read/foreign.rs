@@ -117,7 +117,10 @@ pub fn read_foreign(
 /// give their direction, which matters little below and to the side of the line.
 fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePositions {
     let places = line.places(channel.traces, channel.along_m.as_deref());
-    let mut placed = TracePositions::from(places);
+    let mut placed = TracePositions {
+        is_by_line_ends: true,
+        ..TracePositions::from(places)
+    };
     let length_m = line.length_m();
     if let Some(apart_m) = channel.antenna_separation_m
         && length_m > 0.0
@@ -183,6 +186,7 @@ fn placed(positions: Positions) -> TracePositions {
             .collect(),
         antennas_m: None,
         line_starts: Vec::new(),
+        is_by_line_ends: false,
         frame: Frame::Enu(frame),
         time_origin: TimeOrigin::Relative,
     }
