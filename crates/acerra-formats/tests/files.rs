@@ -413,6 +413,7 @@ fn real_files_are_read() {
         assert_eq!((channel.traces, channel.axis.samples()), (451, 512));
         assert!((step_s(channel) * 512.0 - 50e-9).abs() < 1e-15);
         assert!((channel.along_m.as_ref().unwrap()[450] - 9.0).abs() < 1e-9);
+        assert_eq!(channel.antenna_frequency.unwrap().hz, 400e6);
     }
     if let Some(path) = sample("gpr-samples/warr.dt1") {
         let read = read(&path);
@@ -420,6 +421,7 @@ fn real_files_are_read() {
         assert_eq!((channel.traces, channel.axis.samples()), (164, 1900));
         assert!((step_s(channel) - 0.4e-9).abs() < 1e-18);
         assert_eq!(channel.antenna_separation_m, Some(0.75));
+        assert_eq!(channel.antenna_frequency.unwrap().hz, 100e6);
     }
     if let Some(path) = sample("gpr-iwagpr2017/buried_objects_xdir_bscan_19.rd3") {
         let read = read(&path);
@@ -427,6 +429,7 @@ fn real_files_are_read() {
         assert_eq!((channel.traces, channel.axis.samples()), (91, 2078));
         assert!((step_s(channel) - 3.8517e-12).abs() < 1e-15);
         assert_eq!(channel.antenna_separation_m, Some(0.059));
+        assert_eq!(channel.antenna_frequency.unwrap().hz, 1.5e9);
     }
     if let Some(path) = sample("gpr-samples/gprmax-rectangle.h5") {
         let read = read(&path);

@@ -10,6 +10,7 @@ use acerra_geo::trajectory::{Frame, TimeOrigin};
 use acerra_radar::{Radargram, RadargramError, Samples, Spectrum};
 use num_complex::Complex64;
 
+use super::antenna_frequency::off_antenna;
 use super::trace_positions::TracePositions;
 
 /// Ends of the line along which traces were recorded, x east, y north, z up (m): the first and the last trace.
@@ -103,8 +104,12 @@ pub fn read_foreign(
     };
     let numbers = || (0..chosen.traces).map(|i| i as f64).collect();
     let time_s = chosen.time_s.clone().unwrap_or_else(numbers);
+    let signal = signal(chosen, time_s)?;
+    if let (Some(nominal), Signal::Radargram(radargram)) = (&chosen.antenna_frequency, &signal) {
+        contradictions.extend(off_antenna(nominal, radargram));
+    }
     Ok(Foreign {
-        signal: signal(chosen, time_s)?,
+        signal,
         positions,
         is_untimed: chosen.time_s.is_none(),
         format: recording.format.name(),
