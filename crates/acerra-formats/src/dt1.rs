@@ -5,6 +5,7 @@
 
 use std::io::Read;
 
+use crate::antenna::AntennaFrequency;
 use crate::bytes::Fields;
 use crate::error::{FormatError, Place};
 use crate::fixes::{Fix, gga, track};
@@ -130,6 +131,8 @@ pub fn read_dt1(
     let mut channel = Channel::new("1", traces, axis, Values::Real(values));
     let separation = keys.number("ANTENNA SEPARATION")?.map(|s| s * metre);
     channel.antenna_separation_m = separation.filter(|s| *s > 0.0);
+    channel.antenna_frequency = (keys.text("NOMINAL FREQUENCY"))
+        .and_then(|text| AntennaFrequency::in_megahertz(text, "NOMINAL FREQUENCY"));
     if position.iter().any(|p| *p != position[0]) {
         channel.along_m = Some(position);
     }

@@ -6,6 +6,7 @@
 
 use std::io::Read;
 
+use crate::antenna::AntennaFrequency;
 use crate::bytes::{Fields, fill};
 use crate::error::{FormatError, Place};
 use crate::fixes::{Fix, gga, track};
@@ -211,7 +212,7 @@ fn describe(
     for (k, plane) in planes.into_iter().enumerate() {
         let antenna = f.text(98 + HEADER_BYTES * k, 14);
         if !antenna.is_empty() {
-            recording.fact(&format!("antenna_{}", k + 1), antenna);
+            recording.fact(&format!("antenna_{}", k + 1), &antenna);
         }
         let axis = Axis::FastTime {
             start_s,
@@ -219,6 +220,7 @@ fn describe(
             samples,
         };
         let mut channel = Channel::new((k + 1).to_string(), traces, axis, Values::Real(plane));
+        channel.antenna_frequency = AntennaFrequency::in_text(&antenna, "name of the antenna");
         // By a wheel traces are even in place, without one in time.
         if is_positive(a_metre) {
             channel.along_m = Some((0..traces).map(|i| i as f64 / a_metre).collect());

@@ -29,6 +29,7 @@ pub mod matlab5;
 pub mod segy;
 pub mod touchstone;
 
+mod antenna;
 mod bytes;
 mod companion;
 mod error;
@@ -40,6 +41,7 @@ mod open;
 mod recording;
 mod traces;
 
+pub use antenna::AntennaFrequency;
 pub use error::{FormatError, Place};
 pub use limits::Limits;
 pub use open::{open, recognise};

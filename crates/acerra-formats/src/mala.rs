@@ -5,6 +5,7 @@
 
 use std::io::Read;
 
+use crate::antenna::AntennaFrequency;
 use crate::error::{FormatError, Place};
 use crate::fixes::{Fix, track};
 use crate::keys::Keys;
@@ -81,6 +82,8 @@ pub fn read_mala(
     check_header(&mut recording, &keys, traces, step_s * 1e9, samples)?;
     let mut channel = Channel::new("1", traces, axis, Values::Real(values));
     channel.antenna_separation_m = keys.number("ANTENNA SEPARATION")?.filter(|s| *s > 0.0);
+    channel.antenna_frequency =
+        (keys.text("ANTENNAS")).and_then(|text| AntennaFrequency::in_text(text, "ANTENNAS"));
     let is_set = |key: &str| Ok::<bool, FormatError>(keys.number(key)?.unwrap_or(0.0) != 0.0);
     if let Some(step_m) = keys.number("DISTANCE INTERVAL")?.filter(|s| *s > 0.0)
         && (is_set("DISTANCE FLAG")? || !is_set("TIME FLAG")?)

@@ -2,6 +2,7 @@
 
 use num_complex::Complex32;
 
+use crate::antenna::AntennaFrequency;
 use crate::error::{FormatError, Place};
 
 /// Formats that are read.
@@ -156,6 +157,8 @@ pub struct Channel {
     pub positions: Option<Positions>,
     /// Distance between transmitter and receiver, m, where the file holds it.
     pub antenna_separation_m: Option<f64>,
+    /// Frequency that the antenna is named after, where the file states it.
+    pub antenna_frequency: Option<AntennaFrequency>,
     /// Transmitter and receiver of each trace, m, in the axes of local positions.
     pub antennas_m: Option<[Vec<[f64; 3]>; 2]>,
 }
@@ -172,6 +175,7 @@ impl Channel {
             along_m: None,
             positions: None,
             antenna_separation_m: None,
+            antenna_frequency: None,
             antennas_m: None,
         }
     }

@@ -277,6 +277,49 @@ fn segy(
 }
 
 #[test]
+fn sample_intervals_of_segy_that_contradict_each_other_are_noted_with_both_values() {
+    let folder = folder();
+    let path = folder.path().join("x");
+    // 100 ps in the binary header.
+    let plain = segy(true, 3, 5, 6, |_| vec![0, 1]);
+    let noted = |change: &dyn Fn(&mut [u8])| {
+        let mut bytes = plain.clone();
+        change(&mut bytes);
+        fs::write(&path, &bytes).unwrap();
+        let found = read(&path).contradictions.into_iter();
+        let values = found.map(|c| (c.about, c.used.round(), c.other.round()));
+        values.collect::<Vec<_>>()
+    };
+    assert_eq!(noted(&|_| ()), []);
+    // The third trace header counts nanoseconds.
+    let trace_bytes = 240 + 5 * 2;
+    let in_trace = |bytes: &mut [u8]| {
+        let at = 3600 + 2 * trace_bytes + 116;
+        bytes[at..at + 2].copy_from_slice(&1000_u16.to_be_bytes());
+    };
+    let about = "sample interval: binary header, trace headers".to_owned();
+    assert_eq!(noted(&in_trace), [(about, 100.0, 1000.0)]);
+    // Revision 2 states 0.1 µs: a thousand times the integer.
+    let in_double = |bytes: &mut [u8]| {
+        bytes[3500] = 2;
+        bytes[3272..3280].copy_from_slice(&0.1_f64.to_be_bytes());
+    };
+    let about = "sample interval: double precision, integer of the binary header".to_owned();
+    assert_eq!(noted(&in_double), [(about, 1e5, 100.0)]);
+    // The same interval in both, with a fraction that the integer lacks.
+    let in_both = |bytes: &mut [u8]| {
+        bytes[3500] = 2;
+        bytes[3272..3280].copy_from_slice(&100.4e-6_f64.to_be_bytes());
+    };
+    assert_eq!(noted(&in_both), []);
+    let in_text = |bytes: &mut [u8]| {
+        bytes[400..426].copy_from_slice(b"C 6 SAMPLE INTERVAL: 10 ns");
+    };
+    let about = "sample interval: binary header, text".to_owned();
+    assert_eq!(noted(&in_text), [(about, 100.0, 1e4)]);
+}
+
+#[test]
 fn segy_in_both_orders_with_two_antennas_and_seconds_of_arc() {
     let folder = folder();
     let path = folder.path().join("x");
@@ -413,6 +456,7 @@ fn real_files_are_read() {
         assert_eq!((channel.traces, channel.axis.samples()), (451, 512));
         assert!((step_s(channel) * 512.0 - 50e-9).abs() < 1e-15);
         assert!((channel.along_m.as_ref().unwrap()[450] - 9.0).abs() < 1e-9);
+        assert_eq!(channel.antenna_frequency.unwrap().hz, 400e6);
     }
     if let Some(path) = sample("gpr-samples/warr.dt1") {
         let read = read(&path);
@@ -420,6 +464,7 @@ fn real_files_are_read() {
         assert_eq!((channel.traces, channel.axis.samples()), (164, 1900));
         assert!((step_s(channel) - 0.4e-9).abs() < 1e-18);
         assert_eq!(channel.antenna_separation_m, Some(0.75));
+        assert_eq!(channel.antenna_frequency.unwrap().hz, 100e6);
     }
     if let Some(path) = sample("gpr-iwagpr2017/buried_objects_xdir_bscan_19.rd3") {
         let read = read(&path);
@@ -427,6 +472,7 @@ fn real_files_are_read() {
         assert_eq!((channel.traces, channel.axis.samples()), (91, 2078));
         assert!((step_s(channel) - 3.8517e-12).abs() < 1e-15);
         assert_eq!(channel.antenna_separation_m, Some(0.059));
+        assert_eq!(channel.antenna_frequency.unwrap().hz, 1.5e9);
     }
     if let Some(path) = sample("gpr-samples/gprmax-rectangle.h5") {
         let read = read(&path);

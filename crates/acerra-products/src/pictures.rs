@@ -48,9 +48,9 @@ pub fn image_caption(outcome: &Outcome, shown: &Shown) -> String {
 pub fn image(outcome: &Outcome, shown: &Shown) -> Result<Picture, FigureError> {
     let grid = &outcome.focused.pixels.grid;
     let mut track: Vec<[f64; 2]> = Vec::new();
-    for flown in &outcome.prepared.tracks {
-        let places = &outcome.prepared.aligned.position_m[flown.range.clone()];
-        track.extend(places.iter().map(|p| [p[0], p[1]]));
+    let aligned = &outcome.prepared.aligned;
+    for line in aligned.lines(0..aligned.position_m.len()) {
+        track.extend(aligned.position_m[line].iter().map(|p| [p[0], p[1]]));
         track.push([f64::NAN; 2]);
     }
     let pixels: &[Complex32] = &outcome.focused.image;

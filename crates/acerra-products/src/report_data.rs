@@ -259,6 +259,9 @@ fn trajectory(outcome: &Outcome, track: &Track) -> TrajectoryEvidence {
             .to_vec(),
         status: aligned.status[range].to_vec(),
         plane_z_m: outcome.focused.pixels.middle_m(),
+        line_starts: (aligned.lines(track.range.clone()).iter().skip(1))
+            .map(|line| line.start)
+            .collect(),
         used_s: None,
     }
 }

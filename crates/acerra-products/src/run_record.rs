@@ -1,5 +1,6 @@
 //! `targets.json` and `run.json`, typed.
 
+use acerra_chain::Track;
 use acerra_chain::align::calibration::TrackCalibration;
 use acerra_chain::align::delay::{DelayCue, DelayFound};
 use acerra_chain::align::offset::{Curve, OffsetSearch};
@@ -10,6 +11,7 @@ use acerra_chain::findings::{Evidence, Finding, Unchecked};
 use acerra_chain::focus::inversion::InversionRecord;
 use acerra_chain::focus::permittivity::PermittivityFound;
 use acerra_chain::journal::stages::Stage;
+
 use acerra_chain::position::Positions;
 use acerra_chain::read::inputs::InputFile;
 use acerra_imaging::metrics::{ImageStatistics, Target};
@@ -279,7 +281,7 @@ pub struct FrameRecord {
 }
 
 /// The traces that entered the image.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct TracesRecord {
     /// Traces in all logs.
     pub in_log: usize,
@@ -289,6 +291,23 @@ pub struct TracesRecord {
     pub first: Option<usize>,
     /// Number of the last.
     pub last: Option<usize>,
+    /// Rows of `trajectory.csv`, counted from 0, with which a line or a track begins, other than the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub line_starts: Vec<usize>,
+}
+
+/// Traces of all logs, track after track, with which a line or a track begins, other than the first.
+fn line_starts(tracks: &[Track]) -> Vec<usize> {
+    let mut starts = Vec::new();
+    let mut before = 0;
+    for track in tracks {
+        starts.push(before);
+        if let Positions::PerTrace(places) = &track.positions {
+            starts.extend(places.line_starts.iter().map(|start| before + start));
+        }
+        before += track.traces_in_log;
+    }
+    starts.split_off(starts.len().min(1))
 }
 
 /// A track.
@@ -382,6 +401,7 @@ impl<'a> RunRecord<'a> {
                 selected: traces.len(),
                 first: traces.first().copied(),
                 last: traces.last().copied(),
+                line_starts: line_starts(&prepared.tracks),
             },
             tracks: outcome
                 .listed_tracks()
@@ -480,7 +500,7 @@ impl SurfaceRecord {
 }
 
 impl<'a> TrackRecord<'a> {
-    fn of(track: &'a acerra_chain::Track) -> Self {
+    fn of(track: &'a Track) -> Self {
         Self {
             name: &track.name,
             traces_in_log: track.traces_in_log,

@@ -47,6 +47,7 @@ impl PositionArrays<'_> {
                 position_m: position_m.to_vec(),
                 antennas_m: None,
                 line_starts: Vec::new(),
+                is_by_line_ends: false,
                 frame,
                 time_origin,
             }));

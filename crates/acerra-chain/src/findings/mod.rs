@@ -33,6 +33,7 @@ mod radar;
 mod range_focus;
 mod reach;
 mod side;
+mod spacing;
 mod strongest;
 mod surface;
 mod target_focus;
@@ -126,6 +127,7 @@ pub fn weigh_image(
         );
         let mut own = background?;
         own.extend(motion?);
+        own.extend(spacing::weigh(prepared, focused, track, control)?);
         own.extend(range_focus?);
         findings.extend(
             own.into_iter()

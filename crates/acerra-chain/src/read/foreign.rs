@@ -10,6 +10,7 @@ use acerra_geo::trajectory::{Frame, TimeOrigin};
 use acerra_radar::{Radargram, RadargramError, Samples, Spectrum};
 use num_complex::Complex64;
 
+use super::antenna_frequency::off_antenna;
 use super::trace_positions::TracePositions;
 
 /// Ends of the line along which traces were recorded, x east, y north, z up (m): the first and the last trace.
@@ -103,8 +104,12 @@ pub fn read_foreign(
     };
     let numbers = || (0..chosen.traces).map(|i| i as f64).collect();
     let time_s = chosen.time_s.clone().unwrap_or_else(numbers);
+    let signal = signal(chosen, time_s)?;
+    if let (Some(nominal), Signal::Radargram(radargram)) = (&chosen.antenna_frequency, &signal) {
+        contradictions.extend(off_antenna(nominal, radargram));
+    }
     Ok(Foreign {
-        signal: signal(chosen, time_s)?,
+        signal,
         positions,
         is_untimed: chosen.time_s.is_none(),
         format: recording.format.name(),
@@ -117,7 +122,10 @@ pub fn read_foreign(
 /// give their direction, which matters little below and to the side of the line.
 fn along(channel: &Channel, line: &Line, remarks: &mut Vec<String>) -> TracePositions {
     let places = line.places(channel.traces, channel.along_m.as_deref());
-    let mut placed = TracePositions::from(places);
+    let mut placed = TracePositions {
+        is_by_line_ends: true,
+        ..TracePositions::from(places)
+    };
     let length_m = line.length_m();
     if let Some(apart_m) = channel.antenna_separation_m
         && length_m > 0.0
@@ -183,6 +191,7 @@ fn placed(positions: Positions) -> TracePositions {
             .collect(),
         antennas_m: None,
         line_starts: Vec::new(),
+        is_by_line_ends: false,
         frame: Frame::Enu(frame),
         time_origin: TimeOrigin::Relative,
     }

@@ -1,5 +1,6 @@
 //! Stage `read`: the radar log, whatever its format.
 
+mod antenna_frequency;
 mod foreign;
 pub mod grid;
 pub mod inputs;

@@ -80,6 +80,7 @@ pub(crate) fn read_phase_history(
             position_m: read.position_m,
             antennas_m: None,
             line_starts: Vec::new(),
+            is_by_line_ends: false,
             frame: Frame::Enu(frame),
             time_origin: start.map_or(TimeOrigin::Relative, TimeOrigin::Gps),
         },

@@ -138,6 +138,7 @@ fn empty() -> Channel {
         along_m: None,
         positions: None,
         antenna_separation_m: None,
+        antenna_frequency: None,
         antennas_m: None,
     }
 }

@@ -13,6 +13,8 @@ pub struct TracePositions {
     /// Numbers of the traces at which a line begins, other than the first: between lines nothing was
     /// measured.
     pub line_starts: Vec<usize>,
+    /// Whether the stated ends of lines place the traces, so that nothing measured their spacing.
+    pub is_by_line_ends: bool,
     /// Frame of the axes.
     pub frame: Frame,
     /// The instant at which the traces' times are zero.
@@ -26,6 +28,7 @@ impl From<Vec<[f64; 3]>> for TracePositions {
             position_m,
             antennas_m: None,
             line_starts: Vec::new(),
+            is_by_line_ends: false,
             frame: Frame::Local,
             time_origin: TimeOrigin::Relative,
         }

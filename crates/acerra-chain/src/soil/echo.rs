@@ -26,7 +26,7 @@ const CLUTTER_A_SIDE: usize = 24;
 /// Horizontal step of the search about a point, of the wavelength in the middle of the band.
 const STEP_WAVELENGTHS: f64 = 0.06;
 /// Probability that the strongest of all places of clutter exceeds the level of a point.
-const FALSE_ALARM: f64 = 0.01;
+pub(super) const FALSE_ALARM: f64 = 0.01;
 
 /// Parameters of the echo of a buried point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +53,36 @@ pub(crate) struct Bench<'a> {
     pub extent_m: [[f64; 2]; 2],
     /// Places of the image that might hold a point.
     pub places: usize,
+    /// A trial of the spacing of traces along lines; none where positions are as they are.
+    pub stretch: Option<Stretch<'a>>,
+}
+
+/// A trial of the spacing of a track's traces along its lines.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch<'a> {
+    /// First trace of the track, and the one after its last.
+    pub traces: [usize; 2],
+    /// Horizontal direction of each trace's line, of length one; of all tracks.
+    pub along: &'a [[f64; 2]],
+    /// Positions over true distances along the lines, and across them.
+    pub factors: [f64; 2],
+}
+
+impl Stretch<'_> {
+    /// Difference of a trace's assumed from its true distance `away_m` from a point, east and north (m).
+    fn nearer_m(&self, trace: usize, away_m: [f64; 2]) -> [f64; 2] {
+        let [east, north] = self.along[trace];
+        let along_m = away_m[0] * east + away_m[1] * north;
+        let across_m = away_m[1] * east - away_m[0] * north;
+        let [along_m, across_m] = [
+            (1.0 - 1.0 / self.factors[0]) * along_m,
+            (1.0 - 1.0 / self.factors[1]) * across_m,
+        ];
+        [
+            along_m * east - across_m * north,
+            along_m * north + across_m * east,
+        ]
+    }
 }
 
 /// An echo that exceeds the clutter at its depth.
@@ -67,8 +97,10 @@ pub(crate) struct Distinct {
 }
 
 /// Traces that see a point. All have equal weight: the clutter fades with distance as the echo does.
-struct Seen {
-    traces: Vec<usize>,
+pub(super) struct Seen {
+    pub traces: Vec<usize>,
+    /// Number of traces before they were thinned out.
+    pub of: usize,
 }
 
 impl Bench<'_> {
@@ -163,10 +195,6 @@ impl Bench<'_> {
         let [here, there] = depths_m.map(|depth_m| [x_m, y_m, surface_m - depth_m]);
         let curvature_m = vertical(&ground, depths_m[0]).curvature_m;
         let step_m = vertical(&other, depths_m[1]).curvature_m - curvature_m;
-        let later_s = 2.0 * best.later_m / self.echoes.light_speed_m_s;
-        let turns: Vec<Complex64> = (self.echoes.spectrum.frequency_hz.iter())
-            .map(|f| Complex64::from_polar(1.0, TAU * f * later_s))
-            .collect();
         let traces: Vec<Phase> = (seen.traces.par_iter())
             .map(|trace| {
                 let rays = self.rays(&ground, *trace, here);
@@ -176,9 +204,7 @@ impl Bench<'_> {
                     (path_m(self.rays(&other, *trace, there)) - path_m(rays)) / step_m;
                 Phase {
                     by: Vector4::new(1.0, by_axis(0), by_axis(1), by_curvature),
-                    value: (self.aligned(&ground, *trace, here).zip(&turns))
-                        .map(|(value, turn)| value * turn)
-                        .sum(),
+                    value: self.sum_at(&ground, *trace, here, best.later_m),
                 }
             })
             .collect();
@@ -191,32 +217,42 @@ impl Bench<'_> {
         }))
     }
 
-    fn ground(&self, factor: f64) -> Result<Ground, ImagingError> {
+    pub(super) fn ground(&self, factor: f64) -> Result<Ground, ImagingError> {
         let frequency_hz = &self.echoes.spectrum.frequency_hz;
         self.underground.scaled(factor).seen_at(frequency_hz)
     }
 
     /// The traces that see a place.
-    fn seen(&self, ground: &Ground, place_m: [f64; 3]) -> Seen {
+    pub(super) fn seen(&self, ground: &Ground, place_m: [f64; 3]) -> Seen {
         let all = self.echoes.aligned.position_m.len();
-        let amplitude: Vec<f64> = (0..all)
+        let [first, end] = self.stretch.map_or([0, all], |stretch| stretch.traces);
+        let amplitude: Vec<(usize, f64)> = (first..end)
             .into_par_iter()
             .map(|trace| {
                 let [there, back] = self.rays(ground, trace, place_m);
-                there.amplitude * back.amplitude
+                (trace, there.amplitude * back.amplitude)
             })
             .collect();
-        let least = LEAST_AMPLITUDE * amplitude.iter().copied().fold(0.0, f64::max);
-        let near: Vec<usize> = (0..all).filter(|k| amplitude[*k] >= least).collect();
+        let least = LEAST_AMPLITUDE * amplitude.iter().map(|a| a.1).fold(0.0, f64::max);
+        let near = amplitude.into_iter().filter(|a| a.1 >= least);
+        let near: Vec<usize> = near.map(|(trace, _)| trace).collect();
         let stride = near.len().div_ceil(MOST_TRACES).max(1);
         Seen {
+            of: near.len(),
             traces: near.into_iter().step_by(stride).collect(),
         }
     }
 
-    fn rays(&self, ground: &Ground, trace: usize, place_m: [f64; 3]) -> [Ray; 2] {
-        let antennas_m = self.echoes.aligned.antennas_at_m(trace);
-        antennas_m.map(|antenna_m| ground.ray(antenna_m, place_m))
+    pub(super) fn rays(&self, ground: &Ground, trace: usize, place_m: [f64; 3]) -> [Ray; 2] {
+        let aligned = self.echoes.aligned;
+        // The places of the traces about the point are scaled, not the distance of the antennas from each other.
+        let nearer_m = self.stretch.map_or([0.0; 2], |stretch| {
+            let away_m = [0, 1].map(|k| aligned.position_m[trace][k] - place_m[k]);
+            stretch.nearer_m(trace, away_m)
+        });
+        aligned
+            .antennas_at_m(trace)
+            .map(|[x_m, y_m, z_m]| ground.ray([x_m - nearer_m[0], y_m - nearer_m[1], z_m], place_m))
     }
 
     /// A trace with the echo of a place at a delay of zero, at each frequency.
@@ -238,6 +274,22 @@ impl Bench<'_> {
             .map(move |(value, f)| value * Complex64::from_polar(1.0, turn * f))
     }
 
+    /// Sum over the frequencies of a trace with the echo of a place, which comes `later_m` (one way) after its geometry, at
+    /// a delay of zero.
+    pub(super) fn sum_at(
+        &self,
+        ground: &Ground,
+        trace: usize,
+        place_m: [f64; 3],
+        later_m: f64,
+    ) -> Complex64 {
+        let later_s = 2.0 * later_m / self.echoes.light_speed_m_s;
+        let values = self.aligned(ground, trace, place_m);
+        (values.zip(&self.echoes.spectrum.frequency_hz))
+            .map(|(value, f)| value * Complex64::from_polar(1.0, TAU * f * later_s))
+            .sum()
+    }
+
     /// Sum of the traces along the echo of a place, at each frequency.
     fn stack(&self, ground: &Ground, seen: &Seen, place_m: [f64; 3]) -> Vec<Complex64> {
         let mut sum = vec![Complex64::default(); self.echoes.spectrum.frequency_hz.len()];
@@ -250,7 +302,13 @@ impl Bench<'_> {
     }
 
     /// Greatest power of the echo at this delay, within half a cell of it, over places within a step horizontally.
-    fn best_near(&self, ground: &Ground, seen: &Seen, place_m: [f64; 3], delay_m: f64) -> Best {
+    pub(super) fn best_near(
+        &self,
+        ground: &Ground,
+        seen: &Seen,
+        place_m: [f64; 3],
+        delay_m: f64,
+    ) -> Best {
         let frequency_hz = &self.echoes.spectrum.frequency_hz;
         let middle_hz = frequency_hz.iter().sum::<f64>() / frequency_hz.len().max(1) as f64;
         let step_m = STEP_WAVELENGTHS * self.echoes.light_speed_m_s / middle_hz;
@@ -332,7 +390,13 @@ impl Bench<'_> {
 
     /// Mean power of the clutter at this delay below the surface, for a place that is seen as `seen` is: by the median
     /// over the image, of which points are few.
-    fn clutter(&self, ground: &Ground, seen: &Seen, place_m: [f64; 3], delay_m: f64) -> f64 {
+    pub(super) fn clutter(
+        &self,
+        ground: &Ground,
+        seen: &Seen,
+        place_m: [f64; 3],
+        delay_m: f64,
+    ) -> f64 {
         let depth_m = depth_at(ground, delay_m);
         let along = |axis: usize| {
             let [from_m, to_m] = self.extent_m[axis];
@@ -376,7 +440,7 @@ const LEAST_POWER: f64 = 0.8;
 
 /// Maximum of a parabola by least squares through the powers about the greatest; none where the powers fall
 /// within fewer steps on either side than the parabola needs.
-fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
+pub(super) fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
     let about = curve.get(top.checked_sub(HALF_WIDTH)?..=top + HALF_WIDTH)?;
     let [at, most] = curve[top];
     if about.iter().any(|[_, power]| *power < LEAST_POWER * most) {
@@ -396,13 +460,13 @@ fn vertex(curve: &[[f64; 2]], top: usize) -> Option<f64> {
 
 /// Place at which an echo has its greatest power.
 #[derive(Clone, Copy)]
-struct Best {
-    place_m: [f64; 3],
-    power: f64,
+pub(super) struct Best {
+    pub place_m: [f64; 3],
+    pub power: f64,
     /// Excess delay over the requested delay, one way (m).
-    later_m: f64,
+    pub later_m: f64,
     /// Wavelength in air by which its phase turns with the path (m).
-    wavelength_m: f64,
+    pub wavelength_m: f64,
 }
 
 #[cfg(test)]
@@ -482,6 +546,7 @@ mod tests {
             excess_path_m: 0.0,
             extent_m: [[0.3, 2.0], [0.0, 0.0]],
             places: 10_000,
+            stretch: None,
         };
         bench.fit(near_m).unwrap()
     }

@@ -1,19 +1,26 @@
 //! Evidence on the permittivity from the image below the surface.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::echo::{Bench, PointEcho};
+use super::echo::{Bench, PointEcho, Stretch};
 use super::points::buried_points;
 use super::posterior::{CommonSigma, Likelihood};
+use super::spacing::{Spacing, spacing};
+use super::stretch::StretchedEcho;
 use super::zero::excess_path_m;
 use crate::control::{Cancelled, Control};
 use crate::focus::Focused;
-use crate::prepare::Prepared;
+use crate::position::aligned::Aligned;
+use crate::prepare::{Prepared, Track};
 
 /// Deviation of the delay between the surface's echo and another, in resolution cells; and where no echo of the surface
 /// is seen, so that the zero of fast time counts as stated.
 pub(crate) const TIMING_CELLS: f64 = 0.1;
 const UNSEEN_CELLS: f64 = 0.5;
+/// Cells of depth from which a point is no residue of the surface's echo.
+const DEEP_CELLS: f64 = 2.0;
 
 /// Likelihood of the permittivities by the buried points of an image; none for an image that is no volume
 /// below the surface, or where no point's echo exceeds the clutter.
@@ -31,7 +38,14 @@ pub(crate) fn likelihood(
     let underground = bench.underground;
     let top = underground.layers.first();
     let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
-    let places = buried_points(focused, underground, &prepared.scene.ground, cell_m);
+    let least_m = DEEP_CELLS * cell_m / index;
+    let places = buried_points(
+        focused,
+        underground,
+        &prepared.scene.ground,
+        cell_m,
+        least_m,
+    );
     let fitted = places.into_par_iter().map(|place_m| {
         control.check()?;
         // A ground or place that cannot be imaged gives no comparison.
@@ -40,9 +54,16 @@ pub(crate) fn likelihood(
     let points: Vec<Option<PointEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
     let points = without_double_echoes(points.into_iter().flatten().collect(), index, cell_m);
     tracing::debug!(?points, ?excess_path_m, "buried points");
+    let common = common_sigma(prepared, cell_m, excess_path_m);
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    Ok(Likelihood::of(underground, frequency_hz, &points, common).unwrap_or(None))
+}
+
+/// Errors that all points of a run have in common. `excess_path_m` is none where no echo of the surface is seen.
+fn common_sigma(prepared: &Prepared, cell_m: f64, excess_path_m: Option<f64>) -> CommonSigma {
     let heights_m = prepared.aligned.sigma_m.iter().map(|s| s[2]);
     let count = prepared.aligned.sigma_m.len().max(1) as f64;
-    let common = CommonSigma {
+    CommonSigma {
         // A surface by the radar's own echo has the error of the zero of fast time.
         height_m: match prepared.scene.open.surface {
             true => UNSEEN_CELLS * cell_m,
@@ -52,14 +73,66 @@ pub(crate) fn likelihood(
             Some(_) => TIMING_CELLS * cell_m,
             None => UNSEEN_CELLS * cell_m,
         },
+    }
+}
+
+/// Spacing of the traces of a track along its lines, by the shapes of buried points' echoes; none for an image above ground,
+/// or where no echo exceeds the clutter.
+///
+/// # Errors
+/// The caller asked to stop.
+pub(crate) fn spacing_below(
+    prepared: &Prepared,
+    focused: &Focused,
+    track: &Track,
+    control: &Control<'_>,
+) -> Result<Option<Spacing>, Cancelled> {
+    let Some((bench, cell_m, excess_path_m)) = bench(prepared, focused) else {
+        return Ok(None);
     };
-    Ok(Likelihood::of(
+    let underground = bench.underground;
+    let along = directions(&prepared.aligned);
+    let stretch = Stretch {
+        traces: [track.range.start, track.range.end],
+        along: &along,
+        factors: [1.0; 2],
+    };
+    let top = underground.layers.first();
+    let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
+    // Within a cell an echo is one with the surface's.
+    let least_m = cell_m / index;
+    let places = buried_points(
+        focused,
         underground,
-        &prepared.spectrum.frequency_hz,
-        &points,
-        common,
-    )
-    .unwrap_or(None))
+        &prepared.scene.ground,
+        cell_m,
+        least_m,
+    );
+    let fitted = places.into_par_iter().map(|place_m| {
+        control.check()?;
+        // A ground or place that cannot be imaged gives no comparison.
+        Ok(bench.stretched(place_m, stretch).unwrap_or(None))
+    });
+    let echoes: Vec<Option<StretchedEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
+    let echoes: Vec<StretchedEcho> = echoes.into_iter().flatten().collect();
+    tracing::debug!(?echoes, "spacing");
+    let common = common_sigma(prepared, cell_m, excess_path_m);
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    Ok(spacing(underground, frequency_hz, &echoes, common).unwrap_or(None))
+}
+
+/// Horizontal direction of each trace's line, of length one; zero on lines that have none.
+fn directions(aligned: &Aligned) -> Vec<[f64; 2]> {
+    let lines = aligned.lines(0..aligned.position_m.len());
+    let of_line = |line: Range<usize>| {
+        let places = &aligned.position_m[line];
+        let (first, last) = (places[0], places[places.len() - 1]);
+        let way_m = [last[0] - first[0], last[1] - first[1]];
+        let length_m = way_m[0].hypot(way_m[1]).max(f64::MIN_POSITIVE);
+        std::iter::repeat_n(way_m.map(|w| w / length_m), places.len())
+    };
+    let with_traces = lines.into_iter().filter(|line| !line.is_empty());
+    with_traces.flat_map(of_line).collect()
 }
 
 /// The echoes of a run, to be compared with hyperbolas, the one-way optical length of a resolution cell of
@@ -87,6 +160,7 @@ pub(crate) fn bench<'a>(
             [grid.y0_m, grid.y_m(grid.ny.saturating_sub(1))],
         ],
         places: (focused.projections.as_ref()).map_or(1, |p| p.volume.base.len() * p.volume.nz),
+        stretch: None,
     };
     Some((bench, cell_m, excess_path_m))
 }

@@ -16,4 +16,6 @@ mod phases;
 pub(crate) mod points;
 pub mod posterior;
 mod search;
+pub(crate) mod spacing;
+mod stretch;
 pub(crate) mod zero;

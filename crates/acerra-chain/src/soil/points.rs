@@ -13,18 +13,17 @@ const POINTS: usize = 6;
 const FLOOR_DB: f64 = -20.0;
 /// Local maxima looked through.
 const MAXIMA: usize = 200;
-/// Cells of depth, and of distance from a stronger point, from which a point is separate.
-const SHALLOW_CELLS: f64 = 2.0;
+/// Cells of distance from a stronger point from which a point is separate.
 const APART_CELLS: f64 = 4.0;
 
-/// Places of the strongest points of a volume deeper than residues of the surface's echo lie, apart from one
-/// another, strongest first (m). `cell_m` is the resolution cell of the range in air. In a vertical section
+/// Places of the strongest points of a volume at least `least_depth_m` below the surface, apart from one another, strongest first (m). `cell_m` is the resolution cell of the range in air. In a vertical section
 /// all maxima are used, in a volume the maxima of its view from above.
 pub(crate) fn buried_points(
     focused: &Focused,
     underground: &Underground,
     scene_ground: &Ground,
     cell_m: f64,
+    least_depth_m: f64,
 ) -> Vec<[f64; 3]> {
     let Some(projections) = &focused.projections else {
         return Vec::new();
@@ -74,7 +73,7 @@ pub(crate) fn buried_points(
     };
     let mut kept: Vec<[f64; 3]> = Vec::new();
     for place in candidates {
-        let is_deep = surface_m(&place) - place[2] >= SHALLOW_CELLS * cell_m / index;
+        let is_deep = surface_m(&place) - place[2] >= least_depth_m;
         let is_apart = |other: &[f64; 3]| {
             let away: f64 = (0..3).map(|axis| (place[axis] - other[axis]).powi(2)).sum();
             away.sqrt() >= APART_CELLS * cell_m / index

@@ -10,8 +10,8 @@ use crate::journal::finding::DOUBTFUL_SIGMAS;
 
 /// Radius of the near side of a buried object, and its standard deviation (m): from a stone or a cable to an
 /// anti-personnel mine. Half of its variance is common to all objects of a flight.
-const RADIUS_M: f64 = 0.02;
-const RADIUS_SIGMA_M: f64 = 0.02;
+pub(super) const RADIUS_M: f64 = 0.02;
+pub(super) const RADIUS_SIGMA_M: f64 = 0.02;
 
 /// Ratio of one factor of the permittivities to the one before.
 const RATIO: f64 = 1.01;
@@ -141,17 +141,17 @@ impl Likelihood {
 }
 
 /// Difference of a point's hyperbola from that of a trial, with its deviations.
-struct Residual {
-    value: f64,
-    own_sigma: f64,
+pub(super) struct Residual {
+    pub value: f64,
+    pub own_sigma: f64,
     /// Deviations by causes that are the same for all points.
-    common: [f64; 3],
+    pub common: [f64; 3],
 }
 
 /// Sum of the squares of residuals in units of their joint deviations.
 ///
 /// Common causes are removed one by one from the inverse of the covariance, by the Sherman–Morrison formula.
-fn misfit(residuals: &[Residual]) -> f64 {
+pub(super) fn misfit(residuals: &[Residual]) -> f64 {
     let weighted = |vector: &[f64], directions: &[(Vec<f64>, f64)]| -> Vec<f64> {
         let mut out: Vec<f64> = (vector.iter().zip(residuals))
             .map(|(v, r)| v / r.own_sigma.powi(2))

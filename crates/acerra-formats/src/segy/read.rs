@@ -4,7 +4,7 @@ use std::io::Read;
 
 use super::binary::{BINARY_BYTES, BinaryHeader, TEXT_BYTES};
 use super::place::{FOOT_M, places, times};
-use super::text::decode;
+use super::text::{decode, interval_in_text_ps};
 use super::trace::{TRACE_HEADER_BYTES, TraceHeader};
 use crate::bytes::{Fields, fill};
 use crate::error::{FormatError, Place};
@@ -95,6 +95,7 @@ pub fn read_segy(mut reader: impl Read, limits: &Limits) -> Result<Recording, Fo
     recording.skipped_bytes = skipped + left;
     facts(&mut recording, &binary, &text);
     let axis = axis(&mut recording, &binary, &headers[0], samples);
+    compare_intervals(&mut recording, &binary, &headers, &text, &axis);
     for (name, chosen) in antennas(&headers, binary.ensemble_traces) {
         let channel = channel(
             &mut recording,
@@ -220,18 +221,54 @@ fn axis(
             .remarks
             .push("the sample interval counts picoseconds, the delay nanoseconds".to_owned());
     }
-    if first.interval != 0 && binary.interval != 0 {
-        recording.compare(
-            "sample interval: binary header, first trace header",
-            [f64::from(binary.interval), f64::from(first.interval)],
-            "ps",
-            0.0,
-        );
-    }
     Axis::FastTime {
         start_s: first.delay * 1e-9,
         step_s,
         samples,
+    }
+}
+
+/// The sample interval against every other statement of it: the trace headers', the other one of revision 2, the text's.
+fn compare_intervals(
+    recording: &mut Recording,
+    binary: &BinaryHeader,
+    headers: &[TraceHeader],
+    text: &str,
+    axis: &Axis,
+) {
+    let Axis::FastTime { step_s, .. } = axis else {
+        return;
+    };
+    let used_ps = 1e12 * step_s;
+    // The integer of a fractional interval is rounded or cut off.
+    let to_a_unit = 1.0 / used_ps.max(1.0);
+    if binary.extended_interval_us.is_some() && binary.interval != 0 {
+        recording.compare(
+            "sample interval: double precision, integer of the binary header",
+            [used_ps, f64::from(binary.interval)],
+            "ps",
+            to_a_unit,
+        );
+    }
+    let other = headers
+        .iter()
+        .map(|header| f64::from(header.interval))
+        .find(|ps| *ps != 0.0 && (*ps - used_ps).abs() > 1.0);
+    if let Some(other_ps) = other {
+        recording.compare(
+            "sample interval: binary header, trace headers",
+            [used_ps, other_ps],
+            "ps",
+            to_a_unit,
+        );
+    }
+    if let Some(stated_ps) = interval_in_text_ps(text) {
+        recording.compare(
+            "sample interval: binary header, text",
+            [used_ps, stated_ps],
+            "ps",
+            0.01,
+        );
     }
 }
 

@@ -29,9 +29,52 @@ pub fn decode(bytes: &[u8]) -> String {
     lines.join("\n").trim_end().to_owned()
 }
 
+/// A sample interval that a line of the text states in picoseconds or nanoseconds (ps). Other units are those of the
+/// standard's own template, whatever the numbers are.
+pub fn interval_in_text_ps(text: &str) -> Option<f64> {
+    let text = text.to_ascii_lowercase();
+    let of_line = |line: &str| -> Option<f64> {
+        let at = ["sample interval", "sampling interval"]
+            .iter()
+            .find_map(|name| Some(line.find(name)? + name.len()))?;
+        let is_part = |c: char| c.is_ascii_alphanumeric() || c == '.';
+        let mut words = line[at..].split(|c| !is_part(c)).filter(|w| !w.is_empty());
+        let first = words.next()?;
+        // A number with its unit attached, behind it, or before it in brackets.
+        let digits = first.len() - first.trim_start_matches(|c: char| !c.is_alphabetic()).len();
+        let (number, unit) = match (digits, words.next()) {
+            (0, number) => (number?, first),
+            (n, unit) if n == first.len() => (first, unit?),
+            (n, _) => first.split_at(n),
+        };
+        let number: f64 = number.parse().ok()?;
+        let ps = match unit {
+            "ps" | "picosecond" | "picoseconds" => 1.0,
+            "ns" | "nanosecond" | "nanoseconds" => 1e3,
+            _ => return None,
+        };
+        Some(ps * number).filter(|ps| ps.is_finite() && *ps > 0.0)
+    };
+    text.lines().find_map(of_line)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn intervals_of_texts_need_a_unit_of_radars() {
+        for (text, expected) in [
+            ("C 1 GPR\nC 5 SAMPLE INTERVAL 100 ps", Some(100.0)),
+            ("C 5 Sampling interval: 0.1ns", Some(100.0)),
+            ("C 5 SAMPLE INTERVAL (ns): 0.25", Some(250.0)),
+            ("C 5 SAMPLE INTERVAL 4000 us", None),
+            ("C 5 SAMPLE INTERVAL         SAMPLES/TRACE", None),
+            ("C 5 SAMPLE INTERVAL", None),
+        ] {
+            assert_eq!(interval_in_text_ps(text), expected, "{text}");
+        }
+    }
 
     #[test]
     fn both_alphabets_are_read() {

@@ -1,5 +1,8 @@
 //! Frame of the image: on the Earth, with a coordinate reference system; or a local frame.
 
+use std::ops::Range;
+
+use acerra_chain::Track;
 use acerra_geo::geodesy::{EnuFrame, Geodetic};
 use acerra_maps::crs::MapCrs;
 use acerra_maps::placement::{LocalGrid, Placement};
@@ -87,21 +90,19 @@ impl OnEarth<'_> {
         .map(|[x_m, y_m]| self.frame.geodetic_from_enu([x_m, y_m, grid.z_m]))
     }
 
-    /// Every track's places, in order, with a largest number for each.
-    pub fn tracks(&self, outcome: &Outcome, most: usize) -> Vec<Vec<Geodetic>> {
-        let positions = &outcome.prepared.aligned.position_m;
-        outcome
-            .prepared
-            .tracks
-            .iter()
-            .map(|track| {
-                let places = &positions[track.range.clone()];
-                let step = places.len().div_ceil(most).max(1);
-                let sampled = places.iter().step_by(step);
-                sampled
-                    .map(|place| self.frame.geodetic_from_enu(*place))
-                    .collect()
-            })
-            .collect()
+    /// The places of a track, line by line in order, `most` at most but for the ends of lines.
+    pub fn lines(&self, outcome: &Outcome, track: &Track, most: usize) -> Vec<Vec<Geodetic>> {
+        let aligned = &outcome.prepared.aligned;
+        let places = &aligned.position_m[track.range.clone()];
+        let step = places.len().div_ceil(most).max(1);
+        let sampled = |line: Range<usize>| {
+            let line = &places[line];
+            let last = line.len().saturating_sub(1);
+            let kept = (0..line.len()).filter(|k| k % step == 0 || *k == last);
+            kept.map(|k| self.frame.geodetic_from_enu(line[k]))
+                .collect()
+        };
+        let lines = aligned.lines(track.range.clone()).into_iter();
+        lines.map(sampled).collect()
     }
 }

@@ -51,7 +51,9 @@ pub(super) fn write(
             .frame
             .geodetic_from_enu([target.x_m, target.y_m, target.z_m]),
     });
-    let tracks = earth.tracks(outcome, MOST_PLACES);
+    let tracks: Vec<Vec<Geodetic>> = (outcome.prepared.tracks.iter())
+        .flat_map(|track| earth.lines(outcome, track, MOST_PLACES))
+        .collect();
     let overlay = Overlay {
         name: &outcome.name,
         description: &description,

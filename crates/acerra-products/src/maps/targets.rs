@@ -43,10 +43,12 @@ pub(super) fn write(
         });
         targets.point(&place, properties);
     }
-    let names = outcome.prepared.tracks.iter().map(|track| &track.name);
-    for (name, places) in names.zip(earth.tracks(outcome, MOST_PLACES)) {
-        if places.len() > 1 {
-            lines.line(&places, json!({"name": format!("track {name}").trim()}));
+    for track in &outcome.prepared.tracks {
+        let name = format!("track {}", track.name);
+        for places in earth.lines(outcome, track, MOST_PLACES) {
+            if places.len() > 1 {
+                lines.line(&places, json!({"name": name.trim()}));
+            }
         }
     }
     lines.outline(&earth.corners(), json!({"name": "image"}));

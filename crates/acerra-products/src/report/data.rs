@@ -284,6 +284,8 @@ pub struct TrajectoryEvidence {
     pub status: Vec<SolutionStatus>,
     /// Height of the image plane, in metres.
     pub plane_z_m: f64,
+    /// Positions with which a line begins, other than the first: between lines nothing was measured.
+    pub line_starts: Vec<usize>,
     /// The stretch of time whose traces went into the image.
     pub used_s: Option<[f64; 2]>,
 }

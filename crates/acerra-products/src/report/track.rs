@@ -247,13 +247,22 @@ const MAP_HEIGHT_PX: f32 = 420.0;
 /// Colours of tracks, apart from those of start and targets.
 const TRACK_COLOURS: [usize; 4] = [0, 3, 4, 6];
 
-/// x and y of the positions at times that `wanted` accepts.
+/// x and y of the positions at times that `wanted` accepts; not finite between lines.
 fn columns(view: &TrajectoryEvidence, wanted: impl Fn(f64) -> bool) -> (Vec<f64>, Vec<f64>) {
-    let places = view.time_s.iter().zip(&view.position_m);
-    places
-        .filter(|(time_s, _)| wanted(**time_s))
-        .map(|(_, p)| (p[0], p[1]))
-        .unzip()
+    let mut columns = (Vec::new(), Vec::new());
+    let mut starts = view.line_starts.iter().peekable();
+    for (k, (time_s, place)) in view.time_s.iter().zip(&view.position_m).enumerate() {
+        let begins = starts.next_if(|start| **start == k).is_some();
+        if begins && !columns.0.is_empty() {
+            columns.0.push(f64::NAN);
+            columns.1.push(f64::NAN);
+        }
+        if wanted(*time_s) {
+            columns.0.push(place[0]);
+            columns.1.push(place[1]);
+        }
+    }
+    columns
 }
 
 /// Speed over ground between neighbouring positions, assigned to the later one; NaN where the time does not

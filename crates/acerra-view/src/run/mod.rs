@@ -54,7 +54,10 @@ impl Run {
     pub fn open(directory: &Path) -> Result<Self, ViewError> {
         let record = Record::read(&directory.join("run.json"))?;
         let targets = record::json(&directory.join("targets.json"))?;
-        let track = TrackTable::read(&directory.join("trajectory.csv"))?;
+        let track = TrackTable {
+            line_starts: record.line_starts(),
+            ..TrackTable::read(&directory.join("trajectory.csv"))?
+        };
         let image = RunImage::read(&directory.join("image.npz"))?;
         let volume = Volume::open(&directory.join("volume.npz"), &image.grid)?;
         let display = Display::of(&image, &track, &record);

@@ -25,6 +25,13 @@ pub struct Record {
 }
 
 impl Record {
+    /// Rows of `trajectory.csv` with which a line or a track begins, other than the first.
+    #[must_use]
+    pub fn line_starts(&self) -> Vec<usize> {
+        let starts = &self.json["traces"]["line_starts"];
+        serde_json::from_value(starts.clone()).unwrap_or_default()
+    }
+
     /// Reads `run.json`.
     ///
     /// # Errors

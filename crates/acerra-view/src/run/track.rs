@@ -24,6 +24,8 @@ pub struct TrackTable {
     pub flag: Vec<String>,
     /// GPS time, where it is known.
     pub gpst: Vec<String>,
+    /// Rows with which a line or a track begins, other than the first: between lines nothing was measured.
+    pub line_starts: Vec<usize>,
 }
 
 /// Geometry of a place as seen from a trace.
@@ -75,6 +77,7 @@ impl TrackTable {
             status: texts("status"),
             flag: texts("flag"),
             gpst: texts("gpst"),
+            line_starts: Vec::new(),
         })
     }
 

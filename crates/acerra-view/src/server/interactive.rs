@@ -102,6 +102,7 @@ fn describe(current: &Current) -> Value {
         "trace": prepared.aligned.traces,
         "time_s": prepared.aligned.time_s,
         "position_m": prepared.aligned.position_m,
+        "line_starts": prepared.aligned.line_starts,
         "height_m": prepared.aligned.height_m,
         "settings": current.campaign,
         "light_speed_m_s": prepared.scene.light_speed_m_s,

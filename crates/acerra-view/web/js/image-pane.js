@@ -18,6 +18,15 @@ const GAIN_OFF = null;
 
 /** @typedef {{layer: TiledLayer, meta: import("./types.js").RunMeta, axes: import("./layers.js").Axes}} Shown */
 
+/**
+ * First position of each line of a track, and the one after its last: between lines nothing was measured.
+ * @param {{position_m: unknown[], line_starts: number[]}} track @returns {[number, number][]}
+ */
+function lines(track) {
+  const bounds = [0, ...track.line_starts, track.position_m.length];
+  return bounds.slice(1).map((end, k) => [bounds[k], end]);
+}
+
 export class ImagePane {
   /**
    * @param {HTMLElement} box @param {HTMLElement} list @param {HTMLElement} state
@@ -243,19 +252,28 @@ export class ImagePane {
     const at = (/** @type {(number | null)[]} */ p) => (p[0] === null || p[1] === null ? [NaN, NaN] : camera.toScreen(p[0], p[1]));
     if (track) {
       const stride = Math.max(1, Math.ceil(track.position_m.length / 4000));
-      let from = 0;
-      for (let k = stride; k <= track.position_m.length + stride; k += stride) {
-        const last = k >= track.position_m.length;
-        if (!last && track.status[k] === track.status[from]) continue;
-        const to = Math.min(k, track.position_m.length - 1);
-        const piece = [];
-        for (let j = from; j <= to; j += stride) piece.push(at(track.position_m[j]));
-        line(c, piece, statusColour(track.status[from]), { width: 2 });
-        if (last) break;
-        from = k;
+      for (const [first, end] of lines(track)) {
+        let from = first;
+        for (let k = first + stride; k < end + stride; k += stride) {
+          const to = Math.min(k, end - 1);
+          const last = k >= end - 1;
+          if (!last && track.status[k] === track.status[from]) continue;
+          const piece = [];
+          for (let j = from; j < to; j += stride) piece.push(at(track.position_m[j]));
+          piece.push(at(track.position_m[to]));
+          line(c, piece, statusColour(track.status[from]), { width: 2 });
+          if (last) break;
+          from = k;
+        }
       }
     }
-    if (data && selection) line(c, data.position_m.slice(selection[0], selection[1] + 1).map(at), "#ffffff", { width: 5 });
+    if (data && selection) {
+      const [from, to] = selection;
+      for (const [first, end] of lines(data)) {
+        const piece = data.position_m.slice(Math.max(first, from), Math.max(first, Math.min(end, to + 1)));
+        line(c, piece.map(at), "#ffffff", { width: 5 });
+      }
+    }
   }
 
   /** The platform at the pulse under the pointer and at the chosen one. @param {CanvasRenderingContext2D} c */

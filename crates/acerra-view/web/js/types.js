@@ -11,14 +11,14 @@
 /** @typedef {{stride: number, columns: number, rows: number, height_m: number[]}} Terrain */
 /** @typedef {{name: string, grid: Grid, levels: number, display: Display, volume: Volume | null, origin_deg_m: number[] | null, record: RunRecord, targets: {targets: Target[], surveyed?: {name: string, x_m: number, y_m: number}[]}, files: string[]}} RunMeta */
 /** @typedef {{version: string, runs: {name: string, directory: string}[], basemap: {template: string} | null, tile: number}} Runs */
-/** @typedef {{trace: number[], time_s: number[], position_m: (number | null)[][], sigma_m: (number | null)[][], status: string[], flag: string[], gpst: string[]}} Track */
+/** @typedef {{trace: number[], time_s: number[], position_m: (number | null)[][], sigma_m: (number | null)[][], status: string[], flag: string[], gpst: string[], line_starts: number[]}} Track */
 /** @typedef {{trace: number, range_m: number, incidence_deg: number}} Seen */
 /** @typedef {{place_m: number[], place_deg_m: number[] | null, pixel: number[] | null, value: number[] | null, level_db: number | null, phase_deg: number | null, seen: Seen | null}} Cursor */
 /** @typedef {{traces: number, samples: number, fast_time_start_ns: number, fast_time_step_ns: number, levels: number, shift_ns: number, gate_ns: number[] | null, maximum_raw: number, maximum_clean: number}} RadargramMeta */
 /** @typedef {{name: string, unit: string, first_pulse: number, pulses: number, time_offset_s: number, radargram: RadargramMeta | null, has_sky: boolean}} TrackMeta */
 /** @typedef {{name: string, time_s: number[], direction_deg: ([number, number] | null)[], cn0_db_hz: (number | null)[][]}} SatelliteInSky */
 /** @typedef {{preprocess: {background: unknown, gate_ns: unknown}, image: {band_ghz: number[], z_m: unknown, light_speed_m_s: number, terrain: string | null}}} Settings */
-/** @typedef {{revision: number, tracks: TrackMeta[], trace: number[], time_s: number[], position_m: number[][], height_m: number[], settings: Settings, light_speed_m_s: number, soil: import("./depth.js").Soil}} EngineData */
+/** @typedef {{revision: number, tracks: TrackMeta[], trace: number[], time_s: number[], position_m: number[][], line_starts: number[], height_m: number[], settings: Settings, light_speed_m_s: number, soil: import("./depth.js").Soil}} EngineData */
 /** @typedef {{state: "idle" | "reading" | "ready" | "failed", reason?: string, data?: EngineData}} EngineStatus */
 /** @typedef {{place_m: number[], fast_time_ns: number[], incidence_deg: number[], apex: number | null}} Hyperbola */
 /** @typedef {{pulse: number, range_m: number, incidence_deg: number | null, places_m: number[][]}} Ring */

@@ -164,6 +164,7 @@ fn track() -> TrackEvidence {
                     _ => SolutionStatus::Fixed,
                 })
                 .collect(),
+            line_starts: Vec::new(),
             plane_z_m: 0.0,
             used_s: Some([6.0, 27.0]),
             time_s: time_s.clone(),
