@@ -18,7 +18,7 @@ use crate::journal::Journal;
 use crate::journal::finding::{Finding, Verdict};
 use crate::journal::warnings::Warnings;
 use crate::position::{
-    PositionError, PositionOptions, Positioned, Positions, in_one_frame, position,
+    PositionError, PositionOptions, PositionSource, Positioned, Positions, in_one_frame, position,
 };
 use crate::prepare::{Prepared, prepare};
 use crate::read::grid::{GridSource, read_grid};
@@ -146,6 +146,11 @@ impl Survey {
         for (track, radar) in self.tracks.iter().zip(radars) {
             control.check()?;
             let inside = radar.positions.as_ref();
+            let is_open = matches!(track.positions.source, PositionSource::RadarFile);
+            if track.grid.is_some() && inside.is_none() && is_open {
+                let path = track.radar.clone();
+                return Err(ReadError::NoPlace { path }.into());
+            }
             let log = (track.radar.as_path(), radar.content.time_s());
             let placed = position(&track.positions, log, inside, warnings)?;
             // Times of positions say nothing of traces that have none.

@@ -125,9 +125,16 @@ impl Campaign {
             "both give the radar log",
         )?;
         exclude_if(
-            is_grid && (self.gnss.is_some() || self.trajectory.file.is_some()),
-            ["[radar] files", "[trajectory] file or [gnss]"],
-            "each file of a grid places its traces by itself or along its line",
+            is_grid && self.gnss.is_some(),
+            ["[radar] files", "[gnss]"],
+            "the traces of several files have no times: a [trajectory] file with a column trace places them",
+        )?;
+        exclude_if(
+            is_grid
+                && self.trajectory.file.is_some()
+                && (radar.line_start_m.is_some() || !radar.lines.is_empty()),
+            ["[radar] line_start_m or lines", "[trajectory] file"],
+            "both place the traces of several files",
         )?;
         exclude_if(
             radar.line_start_m.is_some() && !radar.lines.is_empty(),

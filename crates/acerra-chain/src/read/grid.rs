@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use acerra_formats::Contradiction;
 use acerra_geo::trajectory::Frame;
-use acerra_radar::{Radargram, Samples};
+use acerra_radar::{Radargram, Samples, Spectrum};
 
 use super::foreign::Line;
 use super::trace_positions::TracePositions;
@@ -85,11 +85,12 @@ impl GridSource {
     }
 }
 
-/// Reads the files of a grid as one recording, trace after trace in the order of [`GridSource::files`].
+/// Reads the files of a grid as one recording, trace after trace in the order of [`GridSource::files`]: lines, or one trace
+/// or sweep a file.
 ///
 /// # Errors
-/// A file that cannot be read, whose samples differ in number or spacing from the first file's, or whose traces have no
-/// place; a row of the table whose file is not among the files.
+/// A file that cannot be read, whose samples or frequencies differ from the first file's, files of which some
+/// alone place their traces; a row of the table whose file is not among the files.
 pub fn read_grid(
     source: &GridSource,
     channel: Option<&str>,
@@ -115,7 +116,7 @@ pub fn read_grid(
         remarks.extend(texts.map(|t| t.strip_prefix(&prefix).unwrap_or(t).to_owned()));
         own.notes().iter().for_each(|note| warnings.note(note));
         match &mut joined {
-            None => joined = Some(Joined::new(path, data)?),
+            None => joined = Some(Joined::new(path, data)),
             Some(joined) => joined.add(path, data)?,
         }
     }
@@ -140,60 +141,58 @@ fn warn_once(mut remarks: Vec<String>, files: usize, warnings: &mut Warnings) {
 
 /// The traces of the files so far.
 struct Joined {
-    radargram: Radargram,
-    places: TracePositions,
+    content: RadarContent,
+    /// None where no file has positions.
+    places: Option<TracePositions>,
     first: RadarData,
     first_path: PathBuf,
+    /// Whether every file holds a single trace, so that the files are no lines.
+    is_of_single_traces: bool,
 }
 
 impl Joined {
-    fn new(path: &Path, mut data: RadarData) -> Result<Self, ReadError> {
-        let (radargram, places) = parts(path, &mut data)?;
-        Ok(Self {
-            radargram,
-            places,
+    fn new(path: &Path, mut data: RadarData) -> Self {
+        let content = taken(&mut data.content);
+        Self {
+            is_of_single_traces: content.time_s().len() == 1,
+            content,
+            places: data.positions.take(),
             first: data,
             first_path: path.to_owned(),
-        })
+        }
     }
 
     fn add(&mut self, path: &Path, mut data: RadarData) -> Result<(), ReadError> {
-        let (own, mut places) = parts(path, &mut data)?;
-        self.check(path, &own)?;
-        if let Frame::Enu(frame) = &self.places.frame {
-            places = places.in_frame(*frame);
-        }
-        let differs = |what, expected: &str, found: &str| {
-            Err(ReadError::GridDiffers {
-                path: path.to_owned(),
-                what,
-                expected: expected.into(),
-                first: name_of(&self.first_path).into(),
-                found: found.into(),
-            })
+        let first_path = self.first_path.clone();
+        let differs = |what, expected: &str, found: &str| ReadError::GridDiffers {
+            path: path.to_owned(),
+            what,
+            expected: expected.into(),
+            first: name_of(&first_path).into(),
+            found: found.into(),
         };
-        if (places.frame == Frame::Local) != (self.places.frame == Frame::Local) {
-            return differs("positions", "in the same frame", "another frame");
-        }
-        match (&mut self.radargram.samples, own.samples) {
-            (Samples::Real(all), Samples::Real(mut more)) => all.append(&mut more),
-            (Samples::Complex(all), Samples::Complex(mut more)) => all.append(&mut more),
-            (Samples::Real(_), _) => return differs("samples", "real", "complex"),
-            (Samples::Complex(_), _) => return differs("samples", "complex", "real"),
-        }
-        match (&mut self.places.antennas_m, places.antennas_m) {
-            (Some(all), Some(more)) => {
-                for (all, more) in all.iter_mut().zip(more) {
-                    all.extend(more);
-                }
+        let before = self.content.time_s().len();
+        self.is_of_single_traces &= data.content.time_s().len() == 1;
+        match (&mut self.content, taken(&mut data.content)) {
+            (RadarContent::Radargram(all), RadarContent::Radargram(own)) => {
+                append_traces(all, own, &differs)?;
             }
-            (None, None) => {}
-            (Some(_), None) => return differs("antennas", "apart", "one place for both"),
-            (None, Some(_)) => return differs("antennas", "one place for both", "apart"),
+            (RadarContent::Spectrum(all), RadarContent::Spectrum(own)) => {
+                append_sweeps(all, own, &differs)?;
+            }
+            (RadarContent::Radargram(_), _) => {
+                return Err(differs("traces", "over fast time", "spectra"));
+            }
+            (RadarContent::Spectrum(_), _) => {
+                return Err(differs("traces", "spectra", "traces over fast time"));
+            }
         }
-        self.places.line_starts.push(self.radargram.traces);
-        self.radargram.traces += own.traces;
-        self.places.position_m.append(&mut places.position_m);
+        match (&mut self.places, data.positions.take()) {
+            (Some(all), Some(own)) => append_places(all, own, before, &differs)?,
+            (None, None) => {}
+            (Some(_), None) => return Err(differs("positions", "one for each trace", "none")),
+            (None, Some(_)) => return Err(differs("positions", "none", "one for each trace")),
+        }
         for found in data.contradictions {
             let known = &mut self.first.contradictions;
             match known.iter_mut().find(|c| c.about == found.about) {
@@ -205,59 +204,126 @@ impl Joined {
         Ok(())
     }
 
-    fn check(&self, path: &Path, own: &Radargram) -> Result<(), ReadError> {
-        let first = &self.radargram;
-        let differs = |what, expected: String, found: String| {
-            Err(ReadError::GridDiffers {
-                path: path.to_owned(),
-                what,
-                expected: expected.into(),
-                first: name_of(&self.first_path).into(),
-                found: found.into(),
-            })
-        };
-        if own.samples_per_trace != first.samples_per_trace {
-            return differs(
-                "samples of a trace",
-                first.samples_per_trace.to_string(),
-                own.samples_per_trace.to_string(),
-            );
-        }
-        let ps = |s: f64| format!("{:.4} ps", 1e12 * s);
-        let window_s = first.fast_time_step_s * first.samples_per_trace as f64;
-        // A fiftieth of a sample at the end of the trace.
-        let drift = (own.fast_time_step_s / first.fast_time_step_s - 1.0).abs();
-        if drift * first.samples_per_trace as f64 > 0.02 {
-            return differs(
-                "sample interval",
-                ps(first.fast_time_step_s),
-                ps(own.fast_time_step_s),
-            );
-        }
-        if (own.fast_time_start_s - first.fast_time_start_s).abs() > 1e-6 * window_s {
-            return differs(
-                "fast time of the first sample",
-                ps(first.fast_time_start_s),
-                ps(own.fast_time_start_s),
-            );
-        }
-        Ok(())
-    }
-
     fn into_data(self, files: usize) -> RadarData {
-        let mut radargram = self.radargram;
         // The clock of every file starts at zero again.
-        radargram.time_s = (0..radargram.traces).map(|i| i as f64).collect();
+        let numbered = |traces: usize| (0..traces).map(|i| i as f64).collect();
+        let mut content = self.content;
+        let traces = content.time_s().len();
+        match &mut content {
+            RadarContent::Radargram(radargram) => radargram.time_s = numbered(traces),
+            RadarContent::Spectrum(spectrum) => spectrum.time_s = numbered(traces),
+        }
         let mut data = self.first;
         data.label.summary = format!(
-            "{files} files, {} traces, first {}",
-            radargram.traces, data.label.summary
+            "{files} files, {traces} traces, first {}",
+            data.label.summary
         );
-        data.content = radargram.into();
-        data.positions = Some(self.places);
+        data.content = content;
+        data.positions = self.places;
+        if let Some(places) = &mut data.positions
+            && self.is_of_single_traces
+        {
+            places.line_starts.clear();
+        }
         data.is_untimed = true;
         data
     }
+}
+
+/// An error on what differs: what, expected, found.
+type Differs<'a> = &'a dyn Fn(&'static str, &str, &str) -> ReadError;
+
+fn append_traces(
+    all: &mut Radargram,
+    own: Radargram,
+    differs: Differs<'_>,
+) -> Result<(), ReadError> {
+    if own.samples_per_trace != all.samples_per_trace {
+        return Err(differs(
+            "samples of a trace",
+            &all.samples_per_trace.to_string(),
+            &own.samples_per_trace.to_string(),
+        ));
+    }
+    let ps = |s: f64| format!("{:.4} ps", 1e12 * s);
+    let window_s = all.fast_time_step_s * all.samples_per_trace as f64;
+    // A fiftieth of a sample at the end of the trace.
+    let drift = (own.fast_time_step_s / all.fast_time_step_s - 1.0).abs();
+    if drift * all.samples_per_trace as f64 > 0.02 {
+        return Err(differs(
+            "sample interval",
+            &ps(all.fast_time_step_s),
+            &ps(own.fast_time_step_s),
+        ));
+    }
+    if (own.fast_time_start_s - all.fast_time_start_s).abs() > 1e-6 * window_s {
+        return Err(differs(
+            "fast time of the first sample",
+            &ps(all.fast_time_start_s),
+            &ps(own.fast_time_start_s),
+        ));
+    }
+    match (&mut all.samples, own.samples) {
+        (Samples::Real(all), Samples::Real(mut more)) => all.append(&mut more),
+        (Samples::Complex(all), Samples::Complex(mut more)) => all.append(&mut more),
+        (Samples::Real(_), _) => return Err(differs("samples", "real", "complex")),
+        (Samples::Complex(_), _) => return Err(differs("samples", "complex", "real")),
+    }
+    all.traces += own.traces;
+    all.time_s.extend(own.time_s);
+    Ok(())
+}
+
+fn append_sweeps(
+    all: &mut Spectrum,
+    mut own: Spectrum,
+    differs: Differs<'_>,
+) -> Result<(), ReadError> {
+    let (expected, found) = (&all.frequency_hz, &own.frequency_hz);
+    if found.len() != expected.len() {
+        let [expected, found] = [expected, found].map(|hz| hz.len().to_string());
+        return Err(differs("frequencies", &expected, &found));
+    }
+    // A millionth of a turn over a delay of a hundred nanoseconds.
+    const MOST_HZ: f64 = 10.0;
+    let other = expected
+        .iter()
+        .zip(found)
+        .find(|(a, b)| (*a - *b).abs() > MOST_HZ);
+    if let Some((expected, found)) = other {
+        let [expected, found] = [expected, found].map(|hz| format!("{hz} Hz"));
+        return Err(differs("frequency", &expected, &found));
+    }
+    all.values.append(&mut own.values);
+    all.time_s.append(&mut own.time_s);
+    Ok(())
+}
+
+fn append_places(
+    all: &mut TracePositions,
+    mut own: TracePositions,
+    before: usize,
+    differs: Differs<'_>,
+) -> Result<(), ReadError> {
+    if let Frame::Enu(frame) = &all.frame {
+        own = own.in_frame(*frame);
+    }
+    if (own.frame == Frame::Local) != (all.frame == Frame::Local) {
+        return Err(differs("positions", "in the same frame", "another frame"));
+    }
+    match (&mut all.antennas_m, own.antennas_m) {
+        (Some(all), Some(more)) => {
+            for (all, more) in all.iter_mut().zip(more) {
+                all.extend(more);
+            }
+        }
+        (None, None) => {}
+        (Some(_), None) => return Err(differs("antennas", "apart", "one place for both")),
+        (None, Some(_)) => return Err(differs("antennas", "one place for both", "apart")),
+    }
+    all.line_starts.push(before);
+    all.position_m.append(&mut own.position_m);
+    Ok(())
 }
 
 /// Difference between two statements, as a share of the greater.
@@ -266,24 +332,14 @@ fn off(found: &Contradiction) -> f64 {
     (found.used - found.other).abs() / greater.max(f64::MIN_POSITIVE)
 }
 
-/// Traces and their places, taken out of `data`.
-fn parts(path: &Path, data: &mut RadarData) -> Result<(Radargram, TracePositions), ReadError> {
-    let places = data
-        .positions
-        .take()
-        .ok_or_else(|| ReadError::NoPlace { path: path.into() })?;
-    let nothing = Radargram {
+/// The content of a log, which is left empty.
+fn taken(content: &mut RadarContent) -> RadarContent {
+    let nothing = Spectrum {
+        frequency_hz: Vec::new(),
+        values: Vec::new(),
         time_s: Vec::new(),
-        fast_time_start_s: 0.0,
-        fast_time_step_s: 1.0,
-        samples_per_trace: 0,
-        traces: 0,
-        samples: Samples::Real(Vec::new()),
     };
-    match std::mem::replace(&mut data.content, nothing.into()) {
-        RadarContent::Radargram(radargram) => Ok((radargram, places)),
-        RadarContent::Spectrum(_) => Err(ReadError::GridOfSpectra { path: path.into() }),
-    }
+    std::mem::replace(content, nothing.into())
 }
 
 /// Files whose names match a pattern; a pattern without `*` and `?` is the name of one file.

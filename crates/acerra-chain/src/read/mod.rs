@@ -194,12 +194,6 @@ pub enum ReadError {
         /// What this file has.
         found: Box<str>,
     },
-    /// Spectra in a grid.
-    #[error("{}: expected traces over fast time, as [radar] files joins them; found spectra", path.display())]
-    GridOfSpectra {
-        /// The file.
-        path: PathBuf,
-    },
     /// The scans of the log make no radargram.
     #[error("{}: {cause}", path.display())]
     Scans {
