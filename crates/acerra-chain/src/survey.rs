@@ -63,8 +63,8 @@ fn header_finding(found: &Contradiction) -> Finding {
     Finding::judged(name, found.other, found.unit, Verdict::Doubtful)
         .expecting(found.used)
         .because(format!(
-            "{}: {:.6} and {:.6} {}; the first is used",
-            found.about, found.used, found.other, found.unit
+            "the statements are {} and {} {}; the first is used",
+            found.used, found.other, found.unit
         ))
 }
 
