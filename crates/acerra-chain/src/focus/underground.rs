@@ -71,7 +71,7 @@ impl Underground {
     }
 
     /// Factors in a geometric series with the ratio `ratio`, including 1, by which all permittivities remain
-    /// within [`PERMITTIVITIES`].
+    /// from 1 to 100.
     #[must_use]
     pub fn factors(&self, ratio: f64) -> Vec<f64> {
         let permittivities = (self.layers.iter()).map(|layer| layer.soil.relative_permittivity);

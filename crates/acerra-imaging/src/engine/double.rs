@@ -41,6 +41,8 @@ pub(crate) struct DoubleTables {
     carrier_turns: f64,
     /// Of ways along rays, where these are interpolated.
     tolerance: WayTolerance,
+    /// Most bytes of tabulated rays.
+    ray_bytes: u128,
     first_bin: Vec<i64>,
     /// Bins of a pulse.
     stride: usize,
@@ -139,10 +141,16 @@ impl DoubleTables {
             spec,
             carrier_turns: spec.carrier_rad(pulses) / TAU,
             tolerance,
+            ray_bytes: 0,
             first_bin,
             stride,
             bins,
         })
+    }
+
+    /// These tables with tabulated rays in at most `ray_bytes`.
+    pub fn with_ray_bytes(self, ray_bytes: u128) -> Self {
+        Self { ray_bytes, ..self }
     }
 
     /// Computes the image of `grid`, whose ranges the tables hold.
@@ -153,7 +161,7 @@ impl DoubleTables {
         image: &mut [Complex32],
         meter: &Meter,
     ) {
-        let level_ways = LevelWays::new(echoes, grid, self.level);
+        let level_ways = LevelWays::new(echoes, grid, self.level, self.ray_bytes);
         image_by_pieces(grid, image, echoes.len(), meter, |parts_m| {
             self.sums(echoes, level_ways.as_ref(), parts_m, || {
                 meter.is_cancelled()
@@ -170,7 +178,7 @@ impl DoubleTables {
         pieces_m: &[Vec<[f64; 3]>],
         control: Control,
     ) -> Vec<Vec<Complex32>> {
-        let level_ways = LevelWays::new(echoes, grid, self.level);
+        let level_ways = LevelWays::new(echoes, grid, self.level, self.ray_bytes);
         let rounded = |v: Complex64| Complex32::new(v.re as f32, v.im as f32);
         let sums = |piece_m: &Vec<[f64; 3]>| {
             self.sums(

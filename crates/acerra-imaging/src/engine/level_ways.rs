@@ -16,6 +16,9 @@ use crate::refraction::Ground;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
+/// Contributions (pixel × pulse) for which an exact ray is traced without tables, about.
+const CONTRIBUTIONS_A_RAY: u128 = 4;
+
 /// Rays of antennas of one height, over the straight distance.
 #[derive(Debug)]
 struct RayTable {
@@ -50,10 +53,16 @@ struct ByHeight<'a> {
 }
 
 impl LevelWays {
-    /// The rays from the antennas of `echoes` to `grid`; `None` where the ground or the grid is uneven, the grid is
-    /// not below the surface, or weights depend on the direction of rays.
-    pub fn new(echoes: &WeightedPulses, grid: &ImageGrid, level: SimdLevel) -> Option<Self> {
-        let antennas = ByHeight::of(echoes, grid)?;
+    /// The rays from the antennas of `echoes` to `grid`, in at most `most_bytes`; `None` where the ground or the grid is
+    /// uneven, the grid is not below the surface, weights depend on the direction of rays, or tables of so many heights
+    /// take more memory or more rays than the pixels do.
+    pub fn new(
+        echoes: &WeightedPulses,
+        grid: &ImageGrid,
+        level: SimdLevel,
+        most_bytes: u128,
+    ) -> Option<Self> {
+        let antennas = ByHeight::of(echoes, grid, most_bytes)?;
         let light_speed_m_s = echoes.pulses.light_speed_m_s();
         let table = |same: &SameHeight| {
             let vertical_m = [same.height_m, antennas.depth_m];
@@ -73,14 +82,8 @@ impl LevelWays {
     }
 
     /// Bytes of [`LevelWays::new`], 0 where it is `None`.
-    pub fn bytes_for(echoes: &WeightedPulses, grid: &ImageGrid) -> u128 {
-        let Some(antennas) = ByHeight::of(echoes, grid) else {
-            return 0;
-        };
-        let knots = |same: &SameHeight| {
-            Knots::count([same.height_m, antennas.depth_m], same.farthest_m) as u128
-        };
-        antennas.heights.iter().map(knots).sum::<u128>() * size_of::<Bin>() as u128
+    pub fn bytes_for(echoes: &WeightedPulses, grid: &ImageGrid, most_bytes: u128) -> u128 {
+        ByHeight::of(echoes, grid, most_bytes).map_or(0, |antennas| antennas.bytes())
     }
 
     /// Ways of a pulse to points of the plane, at most [`BLOCK`], evenly along a line.
@@ -106,7 +109,7 @@ impl LevelWays {
 }
 
 impl<'a> ByHeight<'a> {
-    fn of(echoes: &'a WeightedPulses, grid: &ImageGrid) -> Option<Self> {
+    fn of(echoes: &'a WeightedPulses, grid: &ImageGrid, most_bytes: u128) -> Option<Self> {
         let pulses = &echoes.pulses;
         let ground = pulses.ground()?;
         let z_m = ground.level_m().filter(|_| grid.is_level())?;
@@ -132,12 +135,27 @@ impl<'a> ByHeight<'a> {
         let of_pulse = (0..pulses.len())
             .map(|pulse| pulses.antennas_m(pulse).map(&mut index))
             .collect();
-        Some(Self {
+        let antennas = Self {
             ground,
             depth_m,
             heights,
             of_pulse,
-        })
+        };
+        let rays = grid.len() as u128 * pulses.len() as u128;
+        let pays = antennas.knots() * CONTRIBUTIONS_A_RAY <= rays;
+        (pays && antennas.bytes() <= most_bytes).then_some(antennas)
+    }
+
+    /// Rays of all tables.
+    fn knots(&self) -> u128 {
+        let of_height = |same: &SameHeight| {
+            Knots::count([same.height_m, self.depth_m], same.farthest_m) as u128
+        };
+        self.heights.iter().map(of_height).sum()
+    }
+
+    fn bytes(&self) -> u128 {
+        self.knots() * size_of::<Bin>() as u128
     }
 }
 
@@ -236,15 +254,20 @@ mod tests {
             .with_ground(&ground)
             .unwrap();
             for z_m in [0.19, 0.0, -0.6] {
-                let plane = PlaneGrid::new([-1.0, -0.5, z_m], 0.03, [70, 30]).unwrap();
+                let plane = PlaneGrid::new([-1.0, -0.5, z_m], 0.01, [210, 160]).unwrap();
                 let grid = ImageGrid::from(plane);
                 let weights = Weights::new(&pulses, &grid, Spreading::InverseSquare, None).unwrap();
                 let echoes = WeightedPulses::new(pulses, weights);
+                // Tables that take too much memory, or more rays than the pixels, are not built.
+                let level = SimdLevel::detect();
+                let few = ImageGrid::from(PlaneGrid::new([-1.0, -0.5, z_m], 0.01, [3, 1]).unwrap());
+                assert!(LevelWays::new(&echoes, &grid, level, 500).is_none());
+                assert!(LevelWays::new(&echoes, &few, level, u128::MAX).is_none());
                 for &level in SimdLevel::available() {
-                    let table = LevelWays::new(&echoes, &grid, level).unwrap();
-                    for row in 0..30 {
+                    let table = LevelWays::new(&echoes, &grid, level, u128::MAX).unwrap();
+                    for row in (0..160).step_by(23) {
                         let points_m: Vec<[f64; 3]> =
-                            (32..70).map(|column| grid.point_m(column, row)).collect();
+                            (64..210).map(|column| grid.point_m(column, row)).collect();
                         for (pulse, some_m) in (0..2)
                             .flat_map(|p| points_m.chunks(BLOCK).map(move |some_m| (p, some_m)))
                         {

@@ -40,19 +40,21 @@ pub(super) fn double_tables(
     let ranges_m = request.optical_ranges_m();
     let highest_hz = pulses.frequency_hz().iter().copied().fold(0.0, f64::max);
     let shortest_wave_m = pulses.light_speed_m_s() / highest_hz;
-    let ways_bytes = LevelWays::bytes_for(&request.echoes, &request.grid);
     let mut accuracy = FIRST_SHARE * request.aim * allowed;
     for _ in 0..ATTEMPTS {
         let Some(spec) = choose_table(pulses, &errors, DEGREE, (accuracy, 0.0)) else {
             return Ok(None);
         };
-        let bytes = DoubleTables::bytes_for(&spec, &ranges_m) + ways_bytes;
-        if bytes + output_bytes > request.options.memory_limit_bytes {
+        let table_bytes = DoubleTables::bytes_for(&spec, &ranges_m);
+        let limit_bytes = request.options.memory_limit_bytes;
+        let Some(ray_bytes) = limit_bytes.checked_sub(table_bytes + output_bytes) else {
             return Ok(None);
-        }
+        };
+        let bytes = table_bytes + LevelWays::bytes_for(&request.echoes, &request.grid, ray_bytes);
         let level = request.options.level;
         let tables = (spec, WayTolerance::new(accuracy, shortest_wave_m));
-        let engine = DoubleTables::build(pulses, level, tables, &ranges_m, control)?;
+        let engine = DoubleTables::build(pulses, level, tables, &ranges_m, control)?
+            .with_ray_bytes(ray_bytes);
         let check = compare_values(request, &engine, most_pixels(request), control)?;
         if check.error_bound <= allowed {
             let choice = DoubleChoice {

@@ -23,7 +23,7 @@ pub struct HeightCue {
     pub picks: usize,
     /// Number of picks that are equivalent to one independent pick.
     pub correlation_length: f64,
-    /// Standard deviation of the offset by [stated](FlightProfile::with_stated_error_m) errors of the heights
+    /// Standard deviation of the offset by [stated](crate::align::FlightProfile::with_stated_error_m) errors of the heights
     /// that do not appear in the scatter about the echo, s; not included in the curve.
     pub stated_sigma_s: f64,
     /// Log-likelihood of the most likely offset over an echo that ignores the height, less the logarithm of

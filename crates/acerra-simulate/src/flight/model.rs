@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub struct FlightModel {
     /// Start of the track over ground, east and north (m).
     pub track_start_m: [f64; 2],
-    /// End (m).
+    /// End of the track over ground, east and north (m).
     pub track_end_m: [f64; 2],
     /// Mean height of the track (m).
     pub height_m: f64,
