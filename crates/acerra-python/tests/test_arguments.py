@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import _thread
 import os
+import signal
 import sys
 import threading
 import time
@@ -195,26 +196,32 @@ def test_ctrl_c_stops_the_sum_early(echoes: Any) -> None:
 
     def interrupt() -> None:
         started.wait()
-        time.sleep(0.3)
         _thread.interrupt_main()
+
+    progressed: list[tuple[str, int, int]] = []
+
+    def progress(*step: Any) -> None:
+        progressed.append(step)
+        started.set()
 
     waiting = threading.Thread(target=interrupt)
     waiting.start()
-    started.set()
-    progressed: list[tuple[str, int, int]] = []
+    # Shells start background commands with Ctrl-C ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with pytest.raises(KeyboardInterrupt):
-        # The double-precision sum over ten million pixels takes minutes.
+        # The double-precision sum over ten million pixels takes seconds.
         acerra.adjoint(
             echoes.position_m,
             echoes.frequency_hz,
             echoes.spectrum,
             grid,
             engine="reference",
-            progress=lambda *step: progressed.append(step),
+            progress=progress,
         )
     waiting.join()
+    signal.signal(signal.SIGINT, before)
     _, done, total = progressed[-1]
-    assert done < 0.1 * total
+    assert done < 0.5 * total
 
 
 def test_progress_is_told_and_its_exceptions_end_the_work(echoes: Any) -> None:
