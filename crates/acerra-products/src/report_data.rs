@@ -137,9 +137,11 @@ fn rows(outcome: &Outcome, spread: Option<&PointSpread>) -> Vec<TargetRow> {
     targets
         .iter()
         .zip(cuts)
-        .map(|(target, cuts)| TargetRow {
+        .enumerate()
+        .map(|(k, (target, cuts))| TargetRow {
             cuts,
             depth_m: depth_of(outcome, target),
+            exceeds_clutter: outcome.exceeds_clutter.get(k).copied(),
             ..row(target)
         })
         .collect()
@@ -193,6 +195,7 @@ fn row(target: &Target) -> TargetRow {
         y_m: target.y_m,
         z_m: target.z_m,
         depth_m: None,
+        exceeds_clutter: None,
         level_db: target.level_db,
         along: Widths {
             rayleigh_m: target.along.rayleigh_m,
@@ -262,6 +265,7 @@ fn trajectory(outcome: &Outcome, track: &Track) -> TrajectoryEvidence {
         line_starts: (aligned.lines(track.range.clone()).iter().skip(1))
             .map(|line| line.start)
             .collect(),
+        is_untimed: track.is_untimed,
         used_s: None,
     }
 }

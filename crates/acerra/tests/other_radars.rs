@@ -32,12 +32,17 @@ fn delays_s(trace: usize) -> [f64; 2] {
     REFLECTORS_M.map(|[e, n]| 2.0 * (x - e).hypot(y - n).hypot(z) / LIGHT_M_S)
 }
 
-/// Whether the reflectors are measured within a tenth of the resolution of where they are.
-fn assert_found(folder: &Path, radar: &str) {
+/// A campaign with this table `[radar]`, and what follows it.
+fn campaign(folder: &Path, radar: &str) -> Campaign {
     let text = format!(
         "[radar]\n{radar}\n[image]\nx_m = [-2.0, 1.0]\ny_m = [5.0, 9.0]\nz_m = 0\npixel_m = 0.01\n"
     );
-    let campaign = Campaign::parse(&text).unwrap().resolved_in(folder);
+    Campaign::parse(&text).unwrap().resolved_in(folder)
+}
+
+/// Whether the reflectors are measured within a tenth of the resolution of where they are.
+fn assert_found(folder: &Path, radar: &str) {
+    let campaign = campaign(folder, radar);
     let control = Control::default();
     let prepared = (campaign.survey())
         .prepare(&mut Journal::default(), &control)
@@ -132,4 +137,53 @@ fn a_stepped_frequency_flight_puts_reflectors_where_they_are() {
         place_m(TRACES - 1)
     );
     assert_found(folder.path(), &line);
+}
+
+/// One Touchstone file a sweep, and a table of their places.
+fn write_sweeps(folder: &Path) {
+    let mut table = "trace,x_m,y_m,z_m\n".to_owned();
+    for trace in 0..TRACES {
+        let delays = delays_s(trace);
+        let mut sweep = "# Hz S RI R 50\n".to_owned();
+        for n in 0..81 {
+            let hz = BAND_HZ[0] + (BAND_HZ[1] - BAND_HZ[0]) * f64::from(n) / 80.0;
+            let echo = |tau: &f64| Complex64::from_polar(1.0, -TAU * (hz * tau).fract());
+            let z: Complex64 = delays.iter().map(echo).sum();
+            let _ = writeln!(sweep, "{hz} {:.8} {:.8}", z.re, z.im);
+        }
+        // Numbers in names count by their value: sweep-10 comes after sweep-9.
+        std::fs::write(folder.join(format!("sweep-{trace}.s1p")), sweep).unwrap();
+        let [x, y, z] = place_m(trace);
+        let _ = writeln!(table, "{},{x},{y},{z}", trace + 1);
+    }
+    std::fs::write(folder.join("places.csv"), table).unwrap();
+}
+
+const SWEEPS: &str = "files = 'sweep-*.s1p'";
+const PLACED_SWEEPS: &str = "files = 'sweep-*.s1p'\n[trajectory]\nfile = 'places.csv'";
+
+#[test]
+fn a_flight_of_one_sweep_a_file_puts_reflectors_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sweeps(folder.path());
+    assert_found(folder.path(), PLACED_SWEEPS);
+}
+
+#[test]
+fn sweeps_that_do_not_belong_together_or_have_no_place_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sweeps(folder.path());
+    let refused = |radar: &str| {
+        let survey = campaign(folder.path(), radar).survey();
+        let prepared = survey.prepare(&mut Journal::default(), &Control::default());
+        prepared.unwrap_err().to_string()
+    };
+    let found = refused(SWEEPS);
+    let expected = "a [trajectory] file with a column trace, found none";
+    assert!(found.contains(expected), "{found}");
+    let other = "# Hz S RI R 50\n5.75e9 1 0\n6.25e9 1 0\n";
+    std::fs::write(folder.path().join("sweep-7.s1p"), other).unwrap();
+    let found = refused(PLACED_SWEEPS);
+    let expected = "sweep-7.s1p: frequencies: expected 81 as in sweep-0.s1p, found 2";
+    assert!(found.contains(expected), "{found}");
 }

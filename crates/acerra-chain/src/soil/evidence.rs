@@ -2,16 +2,17 @@
 
 use std::ops::Range;
 
+use acerra_imaging::ImagingError;
 use rayon::prelude::*;
 
 use super::echo::{Bench, PointEcho, Stretch};
 use super::points::buried_points;
 use super::posterior::{CommonSigma, Likelihood};
 use super::spacing::{Spacing, spacing};
-use super::stretch::StretchedEcho;
 use super::zero::excess_path_m;
 use crate::control::{Cancelled, Control};
 use crate::focus::Focused;
+use crate::focus::underground::Underground;
 use crate::position::aligned::Aligned;
 use crate::prepare::{Prepared, Track};
 
@@ -35,28 +36,59 @@ pub(crate) fn likelihood(
     let Some((bench, cell_m, excess_path_m)) = bench(prepared, focused) else {
         return Ok(None);
     };
-    let underground = bench.underground;
-    let top = underground.layers.first();
-    let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
-    let least_m = DEEP_CELLS * cell_m / index;
-    let places = buried_points(
+    let seen = Seen {
+        prepared,
         focused,
-        underground,
-        &prepared.scene.ground,
         cell_m,
-        least_m,
-    );
-    let fitted = places.into_par_iter().map(|place_m| {
-        control.check()?;
-        // A ground or place that cannot be imaged gives no comparison.
-        Ok(bench.fit(place_m).unwrap_or(None))
-    });
-    let points: Vec<Option<PointEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
-    let points = without_double_echoes(points.into_iter().flatten().collect(), index, cell_m);
+    };
+    let points = seen.fitted(&bench, DEEP_CELLS, control, |place_m| bench.fit(place_m))?;
+    let underground = bench.underground;
+    let index = top_index(underground);
+    let points = without_double_echoes(points, index, cell_m);
     tracing::debug!(?points, ?excess_path_m, "buried points");
     let common = common_sigma(prepared, cell_m, excess_path_m);
     let frequency_hz = &prepared.spectrum.frequency_hz;
     Ok(Likelihood::of(underground, frequency_hz, &points, common).unwrap_or(None))
+}
+
+/// An image below the surface, and the resolution cell of the range in air (m).
+struct Seen<'a> {
+    prepared: &'a Prepared,
+    focused: &'a Focused,
+    cell_m: f64,
+}
+
+impl Seen<'_> {
+    /// The fits to the buried points of the image that lie at least so many cells of depth below the surface.
+    fn fitted<T: Send>(
+        &self,
+        bench: &Bench<'_>,
+        least_cells: f64,
+        control: &Control<'_>,
+        fit: impl Fn([f64; 3]) -> Result<Option<T>, ImagingError> + Sync,
+    ) -> Result<Vec<T>, Cancelled> {
+        let underground = bench.underground;
+        let places = buried_points(
+            self.focused,
+            underground,
+            &self.prepared.scene.ground,
+            self.cell_m,
+            least_cells * self.cell_m / top_index(underground),
+        );
+        let fitted = places.into_par_iter().map(|place_m| {
+            control.check()?;
+            // A ground or place that cannot be imaged gives no comparison.
+            Ok(fit(place_m).unwrap_or(None))
+        });
+        let fitted: Vec<Option<T>> = fitted.collect::<Result<_, Cancelled>>()?;
+        Ok(fitted.into_iter().flatten().collect())
+    }
+}
+
+/// Refractive index of the topmost layer.
+fn top_index(underground: &Underground) -> f64 {
+    let top = underground.layers.first();
+    top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt())
 }
 
 /// Errors that all points of a run have in common. `excess_path_m` is none where no echo of the surface is seen.
@@ -97,24 +129,15 @@ pub(crate) fn spacing_below(
         along: &along,
         factors: [1.0; 2],
     };
-    let top = underground.layers.first();
-    let index = top.map_or(1.0, |layer| layer.soil.relative_permittivity.sqrt());
-    // Within a cell an echo is one with the surface's.
-    let least_m = cell_m / index;
-    let places = buried_points(
+    let seen = Seen {
+        prepared,
         focused,
-        underground,
-        &prepared.scene.ground,
         cell_m,
-        least_m,
-    );
-    let fitted = places.into_par_iter().map(|place_m| {
-        control.check()?;
-        // A ground or place that cannot be imaged gives no comparison.
-        Ok(bench.stretched(place_m, stretch).unwrap_or(None))
-    });
-    let echoes: Vec<Option<StretchedEcho>> = fitted.collect::<Result<_, Cancelled>>()?;
-    let echoes: Vec<StretchedEcho> = echoes.into_iter().flatten().collect();
+    };
+    // Within a cell an echo is one with the surface's.
+    let echoes = seen.fitted(&bench, 1.0, control, |place_m| {
+        bench.stretched(place_m, stretch)
+    })?;
     tracing::debug!(?echoes, "spacing");
     let common = common_sigma(prepared, cell_m, excess_path_m);
     let frequency_hz = &prepared.spectrum.frequency_hz;

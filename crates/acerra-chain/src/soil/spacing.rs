@@ -40,7 +40,7 @@ pub(crate) struct Spacing {
 /// height h and q = Σ t/n: the same for another spacing and other permittivities.
 ///
 /// # Errors
-/// A ground that is none.
+/// Invalid soils or layers.
 pub(crate) fn spacing(
     underground: &Underground,
     frequency_hz: &[f64],
@@ -99,7 +99,7 @@ struct Shape {
 
 /// Permittivities that are tried.
 struct Trial {
-    /// Factor of those in force.
+    /// Factor by which the permittivities in force are multiplied.
     factor: f64,
     /// Square of its logarithm in units of its deviation.
     prior: f64,
@@ -172,10 +172,11 @@ impl Trial {
 /// The permittivities that fit best with a factor of the spacing.
 struct Fit {
     stretch: f64,
-    /// Misfit and prior of those likeliest as they are stated.
+    /// Misfit of the likeliest permittivities, given the stated ones, and the square of their distance from these in units of
+    /// the prior's deviation.
     misfit: f64,
     prior: f64,
-    /// Least misfit of all, and the factor of the permittivities that has it.
+    /// Least misfit of all permittivities, and the factor of the permittivities that has it.
     free: f64,
     free_factor: f64,
 }

@@ -7,12 +7,17 @@
 use crate::grid::image::ImageGrid;
 use crate::pulses::Pulses;
 use crate::refraction::{Ground, MAX_LAYERS};
+use rayon::prelude::*;
+use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Distance of the knots between which rays are interpolated, in heights of the antenna: cubic interpolation then
 /// leaves some 10⁻⁸ of the height.
 const KNOTS_PER_HEIGHT: f64 = 32.0;
+
+/// Least rays that a thread traces at a time.
+const RAYS_A_TASK: usize = 256;
 
 /// Two-way amplitude factor of absorption at the frequency of the rays, over half a path of these lengths.
 pub(crate) fn transmitted(
@@ -82,10 +87,62 @@ impl LevelLaw {
         }
     }
 
-    /// The law of a pulse up to the distance `farthest_m`, tabulated.
-    pub fn tabulated(&self, pulse: usize, farthest_m: f64) -> Knots {
-        let vertical_m = [self.height_m[pulse], self.depth_m];
-        Knots::new(&self.ground, self.light_speed_m_s, vertical_m, farthest_m)
+    /// The rays of some pulses, each up to the straight distance that `farthest_m` gives, tabulated, and the index into
+    /// these of every pulse.
+    pub fn tabulated(
+        &self,
+        which: Range<usize>,
+        farthest_m: impl Fn(usize) -> f64,
+    ) -> (Vec<Knots>, Vec<usize>) {
+        let heights = EqualHeights::of(which.map(|m| [self.height_m[m], farthest_m(m)]));
+        let knots = heights.tabulated(&self.ground, self.light_speed_m_s, self.depth_m);
+        (knots, heights.of_antenna)
+    }
+}
+
+/// Antennas by their height above the surface: those of equal height share their rays.
+#[derive(Debug)]
+pub(crate) struct EqualHeights {
+    /// Every height, and the greatest straight distance from its antennas to the plane, m.
+    heights_m: Vec<[f64; 2]>,
+    /// Index into the heights of every antenna.
+    pub of_antenna: Vec<usize>,
+}
+
+impl EqualHeights {
+    /// Of antennas at these heights above the surface, with their greatest straight distances to the plane, m.
+    pub fn of(antennas_m: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let mut heights_m: Vec<[f64; 2]> = Vec::new();
+        let mut known: HashMap<u64, usize> = HashMap::new();
+        let mut index = |[height_m, farthest_m]: [f64; 2]| {
+            let k = *known.entry(height_m.to_bits()).or_insert(heights_m.len());
+            match heights_m.get_mut(k) {
+                Some([_, farthest]) => *farthest = farthest.max(farthest_m),
+                None => heights_m.push([height_m, farthest_m]),
+            }
+            k
+        };
+        let of_antenna = antennas_m.into_iter().map(&mut index).collect();
+        Self {
+            heights_m,
+            of_antenna,
+        }
+    }
+
+    /// Number of rays that all heights together have in their tables.
+    pub fn rays(&self, depth_m: f64) -> u128 {
+        let of_height = |[height_m, farthest_m]: &[f64; 2]| {
+            Knots::count([*height_m, depth_m], *farthest_m) as u128
+        };
+        self.heights_m.iter().map(of_height).sum()
+    }
+
+    /// The rays of every height to a plane `depth_m` below the surface.
+    pub fn tabulated(&self, ground: &Ground, light_speed_m_s: f64, depth_m: f64) -> Vec<Knots> {
+        let knots = |[height_m, farthest_m]: &[f64; 2]| {
+            Knots::new(ground, light_speed_m_s, [*height_m, depth_m], *farthest_m)
+        };
+        self.heights_m.par_iter().map(knots).collect()
     }
 }
 
@@ -100,7 +157,7 @@ pub(crate) struct Knots {
 impl Knots {
     /// Rays up to the straight distance `farthest_m` from an antenna `height_m` above a level surface to a plane
     /// `depth_m` below it.
-    pub fn new(
+    fn new(
         ground: &Ground,
         light_speed_m_s: f64,
         [height_m, depth_m]: [f64; 2],
@@ -124,13 +181,15 @@ impl Knots {
             nearest_m,
             per_m: 1.0 / step_m,
             knots: (0..Self::count([height_m, depth_m], farthest_m))
+                .into_par_iter()
+                .with_min_len(RAYS_A_TASK)
                 .map(knot)
                 .collect(),
         }
     }
 
     /// Number of rays up to `farthest_m`, three of them beyond.
-    pub fn count([height_m, depth_m]: [f64; 2], farthest_m: f64) -> usize {
+    fn count([height_m, depth_m]: [f64; 2], farthest_m: f64) -> usize {
         let beyond_m = (farthest_m - height_m - depth_m).max(0.0);
         (beyond_m * KNOTS_PER_HEIGHT / height_m).ceil() as usize + 4
     }

@@ -4,7 +4,7 @@
 //! point alone. Cubics over the distance replace the search for the ray of every point; antennas of equal height share
 //! one table, so that a survey at constant height has a single table.
 
-use super::level_law::{Knots, LawPoint};
+use super::level_law::{EqualHeights, Knots, LawPoint};
 use super::ways::{BLOCK, Ways};
 use super::weights::{WeightedPulses, Weights};
 use crate::grid::image::ImageGrid;
@@ -14,7 +14,6 @@ use crate::kernel::profile::DELAYS;
 use crate::kernel::tabulated::{Bin, Bins};
 use crate::refraction::Ground;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// Contributions (pixel × pulse) for which an exact ray is traced without tables, about.
 const CONTRIBUTIONS_A_RAY: u128 = 4;
@@ -37,19 +36,12 @@ pub(crate) struct LevelWays {
     of_pulse: Vec<[usize; 2]>,
 }
 
-/// Antennas of one height.
-struct SameHeight {
-    height_m: f64,
-    /// Greatest straight distance from such an antenna to the plane, m.
-    farthest_m: f64,
-}
-
-/// Antennas by height, and the index into them for transmitter and receiver of each pulse.
-struct ByHeight<'a> {
+/// The antennas of pulses above a level plane below level ground.
+struct Antennas<'a> {
     ground: &'a Ground,
     depth_m: f64,
-    heights: Vec<SameHeight>,
-    of_pulse: Vec<[usize; 2]>,
+    /// Transmitter and receiver of each pulse.
+    heights: EqualHeights,
 }
 
 impl LevelWays {
@@ -62,28 +54,25 @@ impl LevelWays {
         level: SimdLevel,
         most_bytes: u128,
     ) -> Option<Self> {
-        let antennas = ByHeight::of(echoes, grid, most_bytes)?;
-        let light_speed_m_s = echoes.pulses.light_speed_m_s();
-        let table = |same: &SameHeight| {
-            let vertical_m = [same.height_m, antennas.depth_m];
-            let knots = Knots::new(
-                antennas.ground,
-                light_speed_m_s,
-                vertical_m,
-                same.farthest_m,
-            );
-            RayTable::of(&knots, &echoes.weights)
-        };
+        let Antennas {
+            ground,
+            depth_m,
+            heights,
+        } = Antennas::of(echoes, grid, most_bytes)?;
+        let knots = heights.tabulated(ground, echoes.pulses.light_speed_m_s(), depth_m);
+        let pairs = heights.of_antenna.chunks_exact(2);
         Some(Self {
             level,
-            tables: antennas.heights.par_iter().map(table).collect(),
-            of_pulse: antennas.of_pulse,
+            tables: (knots.par_iter())
+                .map(|knots| RayTable::of(knots, &echoes.weights))
+                .collect(),
+            of_pulse: pairs.map(|pair| [pair[0], pair[1]]).collect(),
         })
     }
 
     /// Bytes of [`LevelWays::new`], 0 where it is `None`.
     pub fn bytes_for(echoes: &WeightedPulses, grid: &ImageGrid, most_bytes: u128) -> u128 {
-        ByHeight::of(echoes, grid, most_bytes).map_or(0, |antennas| antennas.bytes())
+        Antennas::of(echoes, grid, most_bytes).map_or(0, |antennas| antennas.bytes())
     }
 
     /// Ways of a pulse to points of the plane, at most [`BLOCK`], evenly along a line.
@@ -108,7 +97,7 @@ impl LevelWays {
     }
 }
 
-impl<'a> ByHeight<'a> {
+impl<'a> Antennas<'a> {
     fn of(echoes: &'a WeightedPulses, grid: &ImageGrid, most_bytes: u128) -> Option<Self> {
         let pulses = &echoes.pulses;
         let ground = pulses.ground()?;
@@ -117,45 +106,24 @@ impl<'a> ByHeight<'a> {
         if depth_m <= 0.0 || echoes.weights.is_directed() {
             return None;
         }
-        let mut heights: Vec<SameHeight> = Vec::new();
-        let mut known: HashMap<u64, usize> = HashMap::new();
-        let mut index = |antenna_m: [f64; 3]| {
-            let height_m = antenna_m[2] - z_m;
+        let above_m = |antenna_m: [f64; 3]| {
             let [_, farthest_m] = grid.ranges_m(antenna_m, BLOCK as f64);
-            let k = *known.entry(height_m.to_bits()).or_insert(heights.len());
-            match heights.get_mut(k) {
-                Some(same) => same.farthest_m = same.farthest_m.max(farthest_m),
-                None => heights.push(SameHeight {
-                    height_m,
-                    farthest_m,
-                }),
-            }
-            k
+            [antenna_m[2] - z_m, farthest_m]
         };
-        let of_pulse = (0..pulses.len())
-            .map(|pulse| pulses.antennas_m(pulse).map(&mut index))
-            .collect();
         let antennas = Self {
             ground,
             depth_m,
-            heights,
-            of_pulse,
+            heights: EqualHeights::of(
+                (0..pulses.len()).flat_map(|pulse| pulses.antennas_m(pulse).map(above_m)),
+            ),
         };
-        let rays = grid.len() as u128 * pulses.len() as u128;
-        let pays = antennas.knots() * CONTRIBUTIONS_A_RAY <= rays;
+        let contributions = grid.len() as u128 * pulses.len() as u128;
+        let pays = antennas.heights.rays(depth_m) * CONTRIBUTIONS_A_RAY <= contributions;
         (pays && antennas.bytes() <= most_bytes).then_some(antennas)
     }
 
-    /// Rays of all tables.
-    fn knots(&self) -> u128 {
-        let of_height = |same: &SameHeight| {
-            Knots::count([same.height_m, self.depth_m], same.farthest_m) as u128
-        };
-        self.heights.iter().map(of_height).sum()
-    }
-
     fn bytes(&self) -> u128 {
-        self.knots() * size_of::<Bin>() as u128
+        self.heights.rays(self.depth_m) * size_of::<Bin>() as u128
     }
 }
 

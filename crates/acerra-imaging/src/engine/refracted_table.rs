@@ -69,19 +69,13 @@ pub(crate) fn refracted_table(
     for (chunk, out) in out.chunks_mut(CHUNK * length).enumerate() {
         let first = chunk * CHUNK;
         let which = first..first + out.len() / length;
-        let knots: Vec<Knots> = which
-            .clone()
-            .into_par_iter()
-            .map(|m| {
-                let last_bin = table.first_bin[m] + table.stride as i64;
-                law.tabulated(m, last_bin as f64 * spec.bin_m)
-            })
-            .collect();
+        let end_m = |m: usize| (table.first_bin[m] + table.stride as i64) as f64 * spec.bin_m;
+        let (knots, of_pulse) = law.tabulated(which.clone(), end_m);
+        let knots: Vec<&Knots> = of_pulse.into_iter().map(|k| &knots[k]).collect();
         let optical_m: Vec<[f64; 2]> = (which.clone().zip(&knots))
             .map(|(m, knots)| {
                 let first_m = table.first_bin[m].max(0) as f64 * spec.bin_m;
-                let last_m = (table.first_bin[m] + table.stride as i64) as f64 * spec.bin_m;
-                [first_m, last_m].map(|range_m| knots.at(range_m).optical_m)
+                [first_m, end_m(m)].map(|range_m| knots.at(range_m).optical_m)
             })
             .map(|[a, b]| [a.min(b).max(0.0), a.max(b).max(0.0)])
             .collect();
@@ -92,7 +86,7 @@ pub(crate) fn refracted_table(
             let pulse = Pulse {
                 echoes,
                 pulse: first + k,
-                knots: &knots[k],
+                knots: knots[k],
                 profiles: &|optical_m| source.profiles_of(k, optical_m),
             };
             pulse.fill(&table, out);

@@ -211,6 +211,8 @@ pub struct TargetRow {
     /// Depth below the surface of the ground and its standard deviation, in metres, for a target below the
     /// surface.
     pub depth_m: Option<[f64; 2]>,
+    /// Whether a target below the surface is stronger than the clutter at its depth.
+    pub exceeds_clutter: Option<bool>,
     /// Level relative to the image's maximum, in dB.
     pub level_db: f64,
     /// Widths along the track.
@@ -286,6 +288,8 @@ pub struct TrajectoryEvidence {
     pub plane_z_m: f64,
     /// Positions with which a line begins, other than the first: between lines nothing was measured.
     pub line_starts: Vec<usize>,
+    /// Whether the traces have no times: `time_s` counts them.
+    pub is_untimed: bool,
     /// The stretch of time whose traces went into the image.
     pub used_s: Option<[f64; 2]>,
 }

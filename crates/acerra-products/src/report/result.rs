@@ -74,6 +74,11 @@ fn places(targets: &[TargetRow]) -> Markup {
         let mut row = vec![number(i), fixed(t.x_m, 3), fixed(t.y_m, 3), fixed(t.z_m, 3)];
         if is_below {
             row.push(depth(t.depth_m));
+            row.push(match t.exceeds_clutter {
+                Some(true) => "yes".to_owned(),
+                Some(false) => "no".to_owned(),
+                None => fixed(None, 0),
+            });
         }
         row.extend(
             [
@@ -88,6 +93,7 @@ fn places(targets: &[TargetRow]) -> Markup {
     let mut head = vec!["target", "x (m)", "y (m)", "z (m)"];
     if is_below {
         head.push("depth below the surface (m)");
+        head.push("above the clutter at its depth");
     }
     head.extend(["level (dB)", "PSLR (dB)", "ISLR (dB)"]);
     html::table(&Table {

@@ -100,9 +100,12 @@ fn trajectory(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
 fn grade(view: &TrajectoryEvidence) -> String {
     let n = view.time_s.len();
     let fixed_count = view.status.iter().filter(|s| s.is_fixed()).count();
+    let over = match view.is_untimed {
+        true => String::new(),
+        false => format!(" over {} s", fixed(view.time_s[n - 1] - view.time_s[0], 1)),
+    };
     let mut sentence = format!(
-        "{n} positions over {} s, {} % of them of imaging grade (fixed ambiguities, or accepted as stated)",
-        fixed(view.time_s[n - 1] - view.time_s[0], 1),
+        "{n} positions{over}, {} % of them of imaging grade (fixed ambiguities, or accepted as stated)",
         fixed(100.0 * fixed_count as f64 / n as f64, 1),
     );
     if !view.sigma_m.is_empty() {
@@ -118,7 +121,7 @@ fn grade(view: &TrajectoryEvidence) -> String {
     sentence
 }
 
-/// Height, speed and status above each other over one time axis.
+/// Height, speed and status above each other over one time axis; without speed where the traces have no times.
 fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
     let used = view.used_s.map(|x| Span {
         x,
@@ -134,12 +137,12 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
         true => "height",
         false => "height ±1σ",
     };
+    let axis = || match view.is_untimed {
+        true => Axis::new("number of the trace", ""),
+        false => Axis::new("trajectory time", "s"),
+    };
     let plot = |label: &str, unit: &str, series, height_px| {
-        let plot = LinePlot::new(
-            "",
-            Axis::new("trajectory time", "s"),
-            Axis::new(label, unit),
-        );
+        let plot = LinePlot::new("", axis(), Axis::new(label, unit));
         let mut plot = plot.height(height_px).with(series);
         plot.spans.extend(used.clone());
         Panel::Plot(plot)
@@ -147,31 +150,33 @@ fn over_time(view: &TrajectoryEvidence) -> Result<Markup, FigureError> {
     let height_above = Series::line(name, &view.time_s, &height)
         .band(&sigma)
         .broken_after(gap_s);
-    let stack = Stack::new(Axis::new("trajectory time", "s"))
-        .with(plot(
-            "height above the image plane",
-            "m",
-            height_above,
-            220.0,
-        ))
-        .with(plot(
-            "speed over ground",
-            "m/s",
-            Series::line("", &view.time_s, &speed).broken_after(gap_s),
-            150.0,
-        ))
-        .with(Panel::Timeline(Timeline {
-            title: String::new(),
-            x: Axis::new("trajectory time", "s"),
-            rows: status::rows(&view.time_s, &view.status),
-            width_px: 860.0,
-        }));
-    Ok(html::drawing(
-        stack.draw()?,
-        Fit::Scrolled,
-        "Height above the image plane, speed over ground and solution status over time",
-        "Height, speed and solution status over time. Positions that are not fixed blur the image.",
-    ))
+    let mut stack = Stack::new(axis()).with(plot(
+        "height above the image plane",
+        "m",
+        height_above,
+        220.0,
+    ));
+    if !view.is_untimed {
+        let speed = Series::line("", &view.time_s, &speed).broken_after(gap_s);
+        stack = stack.with(plot("speed over ground", "m/s", speed, 150.0));
+    }
+    let stack = stack.with(Panel::Timeline(Timeline {
+        title: String::new(),
+        x: axis(),
+        rows: status::rows(&view.time_s, &view.status),
+        width_px: 860.0,
+    }));
+    let [alt, caption] = match view.is_untimed {
+        true => [
+            "Height above the image plane and solution status over the traces",
+            "Height and solution status of the traces.",
+        ],
+        false => [
+            "Height above the image plane, speed over ground and solution status over time",
+            "Height, speed and solution status over time. Positions that are not fixed blur the image.",
+        ],
+    };
+    Ok(html::drawing(stack.draw()?, Fit::Scrolled, alt, caption))
 }
 
 /// All tracks from above, with the targets.

@@ -113,21 +113,14 @@ fn describe(current: &Current) -> Value {
 /// Thickness (m; none of the last) and refractive index of every layer below ground, from the top; empty for runs
 /// without ground.
 fn soil(current: &Current) -> Vec<(Option<f64>, f64)> {
-    let prepared = &current.prepared;
-    let request = current
-        .campaign
-        .image_request(prepared.scene.pixels.clone());
-    let found = prepared.permittivity.map(|found| found.value);
-    let layer = |layer: &Layer| {
-        let permittivity = found.unwrap_or(layer.soil.relative_permittivity);
-        let thickness_m = layer.thickness_m;
-        (
-            thickness_m.is_finite().then_some(thickness_m),
-            permittivity.sqrt(),
-        )
+    let pixels = current.prepared.scene.pixels.clone();
+    let ground = current.campaign.image_request(pixels).underground;
+    let layer = |layer: Layer| {
+        let thickness_m = Some(layer.thickness_m).filter(|metres| metres.is_finite());
+        (thickness_m, layer.soil.relative_permittivity.sqrt())
     };
-    let layers = request.underground.map(|ground| ground.layers);
-    layers.iter().flatten().map(layer).collect()
+    let layers = ground.into_iter().flat_map(|ground| ground.layers);
+    layers.map(layer).collect()
 }
 
 /// The largest modulus of a radargram.

@@ -380,7 +380,10 @@ fn write_targets(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     writeln!(
         out,
         "targets      x (m)    y (m)  level (dB)  along (m)  across (m)  ghost{}",
-        if below { "  depth (m)" } else { "" }
+        match below {
+            true => "  depth (m)  above clutter",
+            false => "",
+        }
     )?;
     let metres = |v: Option<f64>| v.map_or("–".to_owned(), |v| format!("{v:.3}"));
     for (k, t) in targets.iter().enumerate() {
@@ -397,7 +400,11 @@ fn write_targets(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
             metres(t.along.rayleigh_m),
             metres(t.across.rayleigh_m),
             ghost,
-            depth_of(outcome, t).map_or(String::new(), |[depth_m, _]| format!("  {depth_m:>9.3}"))
+            depth_of(outcome, t).map_or(String::new(), |[depth_m, _]| {
+                let is_above = outcome.exceeds_clutter.get(k).copied();
+                let is_above = if is_above == Some(true) { "yes" } else { "no" };
+                format!("  {depth_m:>9.3}  {is_above:>13}")
+            })
         )?;
     }
     Ok(())

@@ -165,6 +165,7 @@ fn track() -> TrackEvidence {
                 })
                 .collect(),
             line_starts: Vec::new(),
+            is_untimed: false,
             plane_z_m: 0.0,
             used_s: Some([6.0, 27.0]),
             time_s: time_s.clone(),
