@@ -23,7 +23,8 @@ pub(crate) struct PlaceSigma {
 /// the side of the track, by √(2hσ) under it. An estimated or recorded clock offset moves targets along the
 /// track by its deviation times the speed. An estimated delay contributes its deviation as range. Without
 /// recorded attitudes the platform tilts about the course: the lever arm then moves the radar sideways by its
-/// vertical part and in height by its horizontal part.
+/// vertical part and in height by its horizontal part. Errors of range that drift while the target is in view
+/// displace the target along the track by the range times the drift per metre of track.
 pub(crate) fn place_sigma(prepared: &Prepared, target: &Target) -> Option<PlaceSigma> {
     let aligned = &prepared.aligned;
     let away_m = |p: &[f64; 3]| (p[0] - target.x_m).hypot(p[1] - target.y_m);
@@ -49,11 +50,22 @@ pub(crate) fn place_sigma(prepared: &Prepared, target: &Target) -> Option<PlaceS
         range_m,
         range_sigma_m,
     ));
-    let by_clock_m = track.map_or(0.0, |track| {
-        clock_sigma_s(track) * speed_m_s(aligned, &track.range, nearest, range_m)
+    let speed_m_s = track.map_or(0.0, |track| {
+        speed_m_s(aligned, &track.range, nearest, range_m)
     });
+    let by_clock_m = track.map_or(0.0, clock_sigma_s) * speed_m_s;
+    let by_drift_m = if speed_m_s > 0.0 {
+        let in_view_s = aperture_m(prepared, target, range_m) / speed_m_s;
+        let of_positions_m = (level_m * y_m).hypot(sigma_m[2] * height_m) / range_m.max(1e-9);
+        let of_swing_m = track.map_or(0.0, swing_sigma_m);
+        let drift_m_s = drift_m_s(of_positions_m, MULTIPATH_S, in_view_s)
+            .hypot(drift_m_s(of_swing_m, SWING_S, in_view_s));
+        drift_m_s * range_m / speed_m_s
+    } else {
+        0.0
+    };
     Some(PlaceSigma {
-        along_m: horizontal_m.hypot(by_clock_m),
+        along_m: horizontal_m.hypot(by_clock_m).hypot(by_drift_m),
         across_m: horizontal_m.hypot(by_height_m),
     })
 }
@@ -75,12 +87,55 @@ fn delay_sigma_s(track: &Track) -> f64 {
 const TILT_SIGMA_RAD: f64 = 0.087;
 const HEADING_SIGMA_RAD: f64 = 0.052;
 
-/// Displacement by a track's lever arm under unrecorded tilts and headings: horizontally and in height (m).
+/// Error of a recorded heading (rad): 2° of a compass on a multirotor.
+const COMPASS_SIGMA_RAD: f64 = 0.035;
+/// Swing of the tilt about its mean (rad): 2°.
+const SWING_SIGMA_RAD: f64 = 0.035;
+/// Times for which a swing and an error of the positions last (s): swings of a period of 3 s, and multipath.
+const SWING_S: f64 = 0.5;
+const MULTIPATH_S: f64 = 10.0;
+
+/// Displacement by a track's lever arm under unrecorded tilts and headings, or under the error of recorded
+/// headings: horizontally and in height (m).
 fn lever_arm_sigma_m(track: &Track) -> [f64; 2] {
+    let horizontal_m = track.horizontal_lever_arm_m();
     if track.has_attitude() {
-        return [0.0; 2];
+        return [COMPASS_SIGMA_RAD * horizontal_m, 0.0];
     }
-    of_arm_m(track.horizontal_lever_arm_m(), track.lever_arm_m[2])
+    of_arm_m(horizontal_m, track.lever_arm_m[2])
+}
+
+/// Motion of the radar at the end of the lever arm by unrecorded swings of the tilt (m).
+fn swing_sigma_m(track: &Track) -> f64 {
+    if track.has_attitude() {
+        return 0.0;
+    }
+    SWING_SIGMA_RAD * track.horizontal_lever_arm_m().hypot(track.lever_arm_m[2])
+}
+
+/// Standard deviation of the least-squares slope (m/s), over `in_view_s`, of an error of the deviation `sigma_m` that
+/// lasts for `lasting_s`: σ/τ over a shorter time, √(24τ/T³) σ over a longer one.
+fn drift_m_s(sigma_m: f64, lasting_s: f64, in_view_s: f64) -> f64 {
+    sigma_m
+        * lasting_s
+            .recip()
+            .min((24.0 * lasting_s / in_view_s.powi(3)).sqrt())
+}
+
+/// Length of the aperture in which a target is seen (m), by the width of its image: 0.886 λR / 2L at −3 dB. The
+/// range, where the width is not known.
+fn aperture_m(prepared: &Prepared, target: &Target, range_m: f64) -> f64 {
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let ends = frequency_hz.first().zip(frequency_hz.last());
+    let of_width = target
+        .along
+        .width_3db_m
+        .zip(ends)
+        .map(|(width_m, (low, high))| {
+            let wavelength_m = 2.0 * prepared.scene.light_speed_m_s / (low + high);
+            0.443 * wavelength_m * range_m / width_m
+        });
+    of_width.filter(|m| m.is_finite()).unwrap_or(range_m)
 }
 
 fn of_arm_m(horizontal_m: f64, up_m: f64) -> [f64; 2] {
@@ -155,6 +210,15 @@ mod tests {
         let [level_m, height_m] = of_arm_m(0.3, -0.4);
         assert!((level_m - 0.0381).abs() < 1e-3 && (height_m - 0.0261).abs() < 1e-4);
         assert!(of_arm_m(0.0, 0.0) == [0.0; 2]);
+    }
+
+    #[test]
+    fn errors_drift_less_over_a_longer_aperture() {
+        // A centimetre that lasts for 10 s: 1 mm/s over 5 s, and the slope of many independent errors over 100 s.
+        assert!((drift_m_s(0.01, 10.0, 5.0) - 1e-3).abs() < 1e-12);
+        let long = drift_m_s(0.01, 10.0, 100.0);
+        assert!((long - 0.01 * 240_f64.sqrt() / 1e3).abs() < 1e-12);
+        assert!(drift_m_s(0.0, 10.0, 5.0).abs() < f64::EPSILON);
     }
 
     #[test]

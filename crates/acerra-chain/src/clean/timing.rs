@@ -65,57 +65,40 @@ pub(super) fn time(
     Ok(timed)
 }
 
-/// How far the side lobes of the ground's echo reach (s), which follow the height as well as the echo itself: five lobes
-/// of a band of 1.7 GHz; and the distance of one lobe from the next.
-const LOBES_S: f64 = 3e-9;
+/// Distance of one side lobe of the ground's echo from the next (s), in a band of 1.7 GHz.
 const LOBE_S: f64 = 0.6e-9;
-/// Spread about 2h/c, relative to that of the echo that follows the height, from which an echo is another object's.
-const LOOSER: f64 = 2.0;
 
 /// Zero-timing by the surface echo, where the delay of the echo that follows the height over the whole flight is known
-/// (`followed_s`). A stronger object's echo may be taken for the surface's: an echo farther than a lobe from that delay
-/// counts only within reach of the side lobes, and unless the echo at that delay follows the height more closely.
+/// (`followed_s`). A stronger object's echo may be taken for the surface's in the traces that are imaged: an echo farther
+/// than a lobe from that delay is not the surface's.
 fn by_surface(
     (raw, height_m): (Radargram, &[f64]),
     method: &Timing,
     (surface, followed_s): (SurfaceOptions, f64),
     warnings: &mut Warnings,
 ) -> Result<ZeroTimingResult, Refused> {
-    let strongest = match zero_timing(raw.clone(), height_m, method) {
-        Ok(timed) => Some(timed),
-        Err(Refused::NoSurface { .. }) => None,
+    match zero_timing(raw.clone(), height_m, method) {
+        Ok(timed) => {
+            let off_s = -timed.shift_s - followed_s;
+            if off_s.abs() <= LOBE_S {
+                return Ok(timed);
+            }
+            warnings.add(format!(
+                "zero-timing by the echo that follows the height over the whole flight, at {:.2} ns: the strongest one \
+                 is {:+.2} ns from it",
+                1e9 * followed_s,
+                1e9 * off_s
+            ));
+        }
+        Err(Refused::NoSurface { .. }) => {}
         Err(refused) => return Err(refused),
-    };
-    let off_s = |timed: &ZeroTimingResult| -timed.shift_s - followed_s;
-    if let Some(timed) = &strongest
-        && off_s(timed).abs() <= LOBE_S
-    {
-        return Ok(timed.clone());
     }
     let about = surface
         .with_approximate_delay_s(followed_s)
         .with_search_s(LOBE_S)
         .with_follow_s(LOBE_S);
-    let near = zero_timing(raw.clone(), height_m, &Timing::AllTraces(about)).ok();
-    if let Some(timed) = strongest {
-        let is_looser = |near: &ZeroTimingResult| {
-            let spreads_s = timed.spread_s.zip(near.spread_s);
-            spreads_s.is_some_and(|(of_strongest_s, of_near_s)| of_strongest_s > LOOSER * of_near_s)
-        };
-        if off_s(&timed).abs() <= LOBES_S && !near.as_ref().is_some_and(is_looser) {
-            return Ok(timed);
-        }
-        warnings.add(format!(
-            "zero-timing by the echo that follows the height over the whole flight, at {:.2} ns: the strongest one \
-             is {:+.2} ns from it",
-            1e9 * followed_s,
-            1e9 * off_s(&timed)
-        ));
-    }
-    near.map_or_else(
-        || zero_timing(raw, height_m, &Timing::Delay(followed_s)),
-        Ok,
-    )
+    zero_timing(raw.clone(), height_m, &Timing::AllTraces(about))
+        .or_else(|_| zero_timing(raw, height_m, &Timing::Delay(followed_s)))
 }
 
 /// Fast time at which range is zero as far as `options` give it without the echo of the surface (s): stated, or by the

@@ -5,6 +5,8 @@
 //! coupling and its tail) are removed first by subtracting the mean trace. The height determines which of the
 //! ridges is the surface.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::AlignError;
@@ -18,7 +20,7 @@ const RIDGES: usize = 4;
 /// Spacing of fast time on which ridges are followed, s: a quarter of an envelope's width.
 const CELL_S: f64 = 0.12e-9;
 /// Distance from a ridge within which the next one is not searched, s.
-const APART_S: f64 = 1e-9;
+pub(super) const APART_S: f64 = 1e-9;
 /// Envelope over the trace's median from which a pick counts.
 const PRESENT: f64 = 2.5;
 /// Envelope over the trace's median at which it is clipped, for ridges in the trace (few strong scatterers
@@ -29,11 +31,13 @@ const STRONGEST: f32 = 1000.0;
 /// Standard deviation of picks over two seconds below which the echo is constant, s (3 mm): a constant echo
 /// does not depend on the offset, and may be coupling.
 const STILL_S: f64 = 0.02e-9;
+/// Least number of picks of a ridge.
+pub(super) const LEAST_PICKS: usize = 20;
 /// Time over which an echo is tested for being constant, s.
 const STILL_WINDOW_S: f64 = 2.0;
 
 /// One echo followed over slow time.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Ridge {
     /// Slow time of each pick, s.
     pub time_s: Vec<f64>,
@@ -54,63 +58,101 @@ pub(super) struct Search {
     pub traces: usize,
 }
 
-/// Follows the strongest echoes.
-pub(super) fn ridges(
-    radargram: &Radargram,
-    search: Search,
-    control: Control<'_>,
-) -> Result<Vec<Ridge>, AlignError> {
-    let stride = radargram.traces.div_ceil(search.traces.max(1)).max(1);
-    let kept: Vec<usize> = (0..radargram.traces).step_by(stride).collect();
-    let Ok(part) = radargram.select(&kept) else {
-        return Ok(Vec::new());
-    };
-    control.check()?;
-    let Ok(changing) = remove_background(part.clone(), Background::Mean) else {
-        return Ok(Vec::new());
-    };
-    let last = part.samples_per_trace - 1;
-    let [low, high] = search
-        .window_s
-        .map(|t| part.sample_index(t).round().clamp(0.0, last as f64));
-    let (low, high) = (low as usize, high as usize);
-    if high < low + 16 {
-        return Ok(Vec::new());
-    }
-    let changing = Envelope::new(&changing, [low, high]);
-    control.check()?;
-    let raw = Envelope::new(&part, [low, high]);
-    control.check()?;
+/// Envelopes of the traces in which echoes are searched.
+pub(super) struct Echoes {
+    part: Radargram,
+    /// Of the traces less their mean, which are free of the coupling, and of the traces as recorded, which are
+    /// free of the loss that subtracting the mean causes to a nearly constant echo.
+    envelopes: [Envelope; 2],
+    rate: f64,
+}
 
-    let step_s = median_step_s(&part.time_s);
-    let cell = (CELL_S / part.fast_time_step_s).round().max(1.0) as usize;
-    let cell_s = cell as f64 * part.fast_time_step_s;
-    let climb = Climb::new(search.rate * step_s / cell_s);
-    let apart = (APART_S / cell_s).ceil() as usize;
-    let over_trace = changing.gain(cell);
-    let over_column = over_trace.over_columns();
-    let gains = [over_trace.limited(STRONG.ln()), over_trace, over_column];
-    let of_gain = |mut gain: Gain| {
-        let mut found = Vec::new();
-        for _ in 0..RIDGES {
-            let path = follow(&gain, climb, control)?;
-            // A pick in the trace less its constant part is free of the coupling; a pick in the raw trace is
-            // free of the loss that subtracting the mean causes to a nearly constant echo. Both are tried.
-            for envelope in [&changing, &raw] {
-                let ridge = envelope.picks(&part, &path, cell).without_still_parts();
-                if ridge.time_s.len() >= 20 {
-                    found.push(ridge);
-                }
-            }
-            gain.clear_about(&path, apart);
+impl Echoes {
+    /// The envelopes; `None` where the window holds too few samples.
+    pub fn of(
+        radargram: &Radargram,
+        search: Search,
+        control: Control<'_>,
+    ) -> Result<Option<Self>, AlignError> {
+        let stride = radargram.traces.div_ceil(search.traces.max(1)).max(1);
+        let kept: Vec<usize> = (0..radargram.traces).step_by(stride).collect();
+        let Ok(part) = radargram.select(&kept) else {
+            return Ok(None);
+        };
+        control.check()?;
+        let Ok(changing) = remove_background(part.clone(), Background::Mean) else {
+            return Ok(None);
+        };
+        let last = part.samples_per_trace - 1;
+        let [low, high] = search
+            .window_s
+            .map(|t| part.sample_index(t).round().clamp(0.0, last as f64));
+        let (low, high) = (low as usize, high as usize);
+        if high < low + 16 {
+            return Ok(None);
         }
-        Ok(found)
-    };
-    let found: Vec<Vec<Ridge>> = gains
-        .into_par_iter()
-        .map(of_gain)
-        .collect::<Result<_, AlignError>>()?;
-    Ok(found.into_iter().flatten().collect())
+        let changing = Envelope::new(&changing, [low, high]);
+        control.check()?;
+        let raw = Envelope::new(&part, [low, high]);
+        control.check()?;
+        Ok(Some(Self {
+            part,
+            envelopes: [changing, raw],
+            rate: search.rate,
+        }))
+    }
+
+    /// Follows the strongest echoes.
+    pub fn ridges(&self, control: Control<'_>) -> Result<Vec<Ridge>, AlignError> {
+        let step_s = median_step_s(&self.part.time_s);
+        let cell = (CELL_S / self.part.fast_time_step_s).round().max(1.0) as usize;
+        let cell_s = cell as f64 * self.part.fast_time_step_s;
+        let climb = Climb::new(self.rate * step_s / cell_s);
+        let apart = (APART_S / cell_s).ceil() as usize;
+        let over_trace = self.envelopes[0].gain(cell);
+        let over_column = over_trace.over_columns();
+        let gains = [over_trace.limited(STRONG.ln()), over_trace, over_column];
+        let of_gain = |mut gain: Gain| {
+            let mut found = Vec::new();
+            for _ in 0..RIDGES {
+                let path = follow(&gain, climb, control)?;
+                for envelope in &self.envelopes {
+                    let ridge = envelope
+                        .picks(&self.part, &path, cell)
+                        .without_still_parts();
+                    if ridge.time_s.len() >= LEAST_PICKS {
+                        found.push(ridge);
+                    }
+                }
+                gain.clear_about(&path, apart);
+            }
+            Ok(found)
+        };
+        let found: Vec<Vec<Ridge>> = gains
+            .into_par_iter()
+            .map(of_gain)
+            .collect::<Result<_, AlignError>>()?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// The strongest echo of each trace within [`APART_S`] of an expected fast time, in both envelopes.
+    pub fn about(&self, expected_s: impl Fn(f64) -> f64) -> [Ridge; 2] {
+        let reach = APART_S / self.part.fast_time_step_s;
+        std::array::from_fn(|of| {
+            let envelope = &self.envelopes[of];
+            let mut ridge = Ridge::default();
+            for (m, row) in envelope.rows.iter().enumerate() {
+                let at = self.part.sample_index(expected_s(self.part.time_s[m]))
+                    - envelope.first_sample as f64;
+                if !(at >= reach && at + reach < row.len() as f64) {
+                    continue;
+                }
+                let (from, to) = ((at - reach) as usize, (at + reach) as usize + 1);
+                envelope.pick(&self.part, m, from..to, &mut ridge);
+            }
+            ridge.without_still_parts()
+        })
+    }
 }
 
 fn median_step_s(time_s: &[f64]) -> f64 {
@@ -168,37 +210,41 @@ impl Envelope {
         Gain { rows }
     }
 
-    /// The envelope's peak nearest the path, to a fraction of a sample, where an echo is present.
+    /// The largest peak of a trace's envelope about each cell of a path, where an echo is present.
     fn picks(&self, radargram: &Radargram, path: &[usize], cell: usize) -> Ridge {
-        let mut ridge = Ridge {
-            time_s: Vec::new(),
-            fast_time_s: Vec::new(),
-            envelope: Vec::new(),
-        };
+        let mut ridge = Ridge::default();
         for (m, &at) in path.iter().enumerate() {
-            let row = &self.rows[m];
-            // The largest sample of the cell and its two neighbours.
-            let from = (at * cell).saturating_sub(cell).min(row.len() - 1);
-            let to = ((at + 2) * cell).clamp(from + 1, row.len());
-            let top = (from..to)
-                .max_by(|&a, &b| row[a].total_cmp(&row[b]))
-                .unwrap_or(from);
-            if row[top] < PRESENT * self.median[m] || top == 0 || top + 1 == row.len() {
-                continue;
-            }
-            let is_peak = row[top] >= row[top - 1] && row[top] >= row[top + 1];
-            if !is_peak {
-                continue;
-            }
-            let (fraction, _) = crest(row, top);
-            let sample = (self.first_sample + top) as f64 + fraction;
-            ridge.time_s.push(radargram.time_s[m]);
-            ridge.envelope.push(row[top]);
-            ridge
-                .fast_time_s
-                .push(radargram.fast_time_start_s + sample * radargram.fast_time_step_s);
+            let samples = self.rows[m].len();
+            // The cell and its two neighbours.
+            let from = (at * cell).saturating_sub(cell).min(samples - 1);
+            let to = ((at + 2) * cell).clamp(from + 1, samples);
+            self.pick(radargram, m, from..to, &mut ridge);
         }
         ridge
+    }
+
+    /// Adds the largest sample of a part of a trace's envelope to a ridge, to a fraction of a sample, where it is
+    /// a peak of an echo that is present.
+    fn pick(&self, radargram: &Radargram, m: usize, part: Range<usize>, ridge: &mut Ridge) {
+        let row = &self.rows[m];
+        let from = part.start;
+        let top = part
+            .max_by(|&a, &b| row[a].total_cmp(&row[b]))
+            .unwrap_or(from);
+        if row[top] < PRESENT * self.median[m] || top == 0 || top + 1 == row.len() {
+            return;
+        }
+        let is_peak = row[top] >= row[top - 1] && row[top] >= row[top + 1];
+        if !is_peak {
+            return;
+        }
+        let (fraction, _) = crest(row, top);
+        let sample = (self.first_sample + top) as f64 + fraction;
+        ridge.time_s.push(radargram.time_s[m]);
+        ridge.envelope.push(row[top]);
+        ridge
+            .fast_time_s
+            .push(radargram.fast_time_start_s + sample * radargram.fast_time_step_s);
     }
 }
 

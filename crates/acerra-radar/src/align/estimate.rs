@@ -1,7 +1,7 @@
 //! The clock offset from all cues together: an estimate with its standard deviation, or a refusal.
 
 use super::curve::{LikelihoodCurve, Mode};
-use super::echo::{Search, ridges};
+use super::echo::{Echoes, Search};
 use super::height::height_cues;
 use super::height_cue::{Grid, HeightCue};
 use super::motion::{MotionCue, motion_cue};
@@ -174,8 +174,10 @@ pub fn offset_likelihood(
                 rate: profile.fast_echo_rate(),
                 traces,
             };
-            let found = ridges(radargram, search, control)?;
-            height_cues(&found, profile, grid, likely_s, control)?
+            match Echoes::of(radargram, search, control)? {
+                Some(echoes) => height_cues(&echoes, profile, grid, likely_s, control)?,
+                None => Vec::new(),
+            }
         }
         None => Vec::new(),
     };

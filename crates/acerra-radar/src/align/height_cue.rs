@@ -17,8 +17,6 @@ pub struct HeightCue {
     pub residual_s: f64,
     /// Share of the picks that do not belong to the surface.
     pub stray_share: f64,
-    /// Share of strays among the picks within a second of the surface's picks.
-    pub(super) strays_about: f64,
     /// Number of picks used.
     pub picks: usize,
     /// Number of picks that are equivalent to one independent pick.
@@ -26,11 +24,15 @@ pub struct HeightCue {
     /// Standard deviation of the offset by [stated](crate::align::FlightProfile::with_stated_error_m) errors of the heights
     /// that do not appear in the scatter about the echo, s; not included in the curve.
     pub stated_sigma_s: f64,
-    /// Log-likelihood of the most likely offset over an echo that ignores the height, less the logarithm of
-    /// the number of independent offsets that agree with motion, and less a prior log-odds of 4.
+    /// Log-likelihood of the most likely offset over an echo that ignores the height, or over picks by chance, the
+    /// smaller, less the logarithm of the number of independent offsets that agree with motion, and less a prior
+    /// log-odds of 4.
     pub evidence: f64,
-    /// The evidence without lasting errors, for choosing among echoes.
+    /// Log-likelihood over an echo that ignores the height, for choosing among ridges.
     pub(super) preference: f64,
+    /// Log-likelihood of the picks over an echo that ignores the height, or over picks by chance, the smaller, as if
+    /// all picks were independent: echoes of the same traces are compared by it.
+    pub(super) explained: f64,
     /// Median envelope of the surface's picks, in units of the samples.
     pub(super) envelope: f64,
 }
@@ -42,4 +44,16 @@ pub(super) struct Grid {
     pub step_s: f64,
     pub count: usize,
     pub delay_s: [f64; 2],
+}
+
+/// Difference of the offsets, s, and of the delays, s, below which two cues follow one echo.
+const SAME_OFFSET_S: f64 = 0.02;
+const SAME_DELAY_S: f64 = 0.3e-9;
+
+impl HeightCue {
+    /// Whether two cues follow one echo at one offset.
+    pub(super) fn is_same_echo(&self, other: &Self) -> bool {
+        (self.offset_s - other.offset_s).abs() <= SAME_OFFSET_S
+            && (self.delay_s - other.delay_s).abs() <= SAME_DELAY_S
+    }
 }

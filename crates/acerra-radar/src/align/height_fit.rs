@@ -2,16 +2,17 @@
 //!
 //! For an offset τ and a delay d each pick p(t) leaves a residual p(t) − 2h(t+τ)/c − d. Residuals are
 //! modelled as a mixture: the surface, with a normal error of standard deviation s, or a stray, with a
-//! constant density over the window. The delay is the one at which most residuals agree; s and the share of
+//! constant density. The delay is the one at which most residuals agree; s and the share of
 //! strays are estimated from the data. The log-likelihood is divided by the correlation length of the
 //! residuals, so that lasting errors (GNSS heights, drift) do not count as many independent ones.
 
 use rayon::prelude::*;
 
 use super::curve::LikelihoodCurve;
-use super::echo::Ridge;
+use super::echo::{APART_S, Ridge};
 use super::height_cue::{Grid, HeightCue};
 use super::noise::{correlation_length, spread_correlation_length, variance_inflation};
+use super::surface::RIVAL;
 use super::{AlignError, FlightProfile};
 use crate::quality::median;
 use acerra_control::Control;
@@ -40,17 +41,19 @@ const CELL_S: f64 = 0.1e-9;
 /// An echo whose delays are compared with the heights at every offset of a grid.
 #[derive(Clone, Copy)]
 pub(super) struct Fit<'a> {
-    pub ridge: &'a Ridge,
-    pub profile: &'a FlightProfile,
-    pub grid: Grid,
+    ridge: &'a Ridge,
+    profile: &'a FlightProfile,
+    grid: Grid,
+    /// Density of a stray over fast time, 1/s.
+    chance: f64,
 }
 
 /// A likelihood that excludes some offsets.
-pub(super) struct Rough {
+struct Rough {
     /// Log-likelihoods over `length`.
-    pub curve: LikelihoodCurve,
+    curve: LikelihoodCurve,
     /// Number of picks that are equivalent to one independent pick.
-    pub length: f64,
+    length: f64,
 }
 
 /// The residuals of the surface, and statistics of their correlation.
@@ -59,14 +62,11 @@ struct Surface {
     envelope: Vec<f64>,
     /// Changes of the delay over [`RATE_STEP_S`].
     rate: Vec<f64>,
-    /// Share of strays among the picks near these residuals in time.
-    strays_about: f64,
     /// Number of picks over which residuals are correlated.
     lasting: f64,
     /// Variance of the estimate from few independent residuals, over that from many (Student).
     few: f64,
-    /// Number of picks that are equivalent to one independent pick, from the residuals alone.
-    own_length: f64,
+    /// Number of picks that are equivalent to one independent pick.
     length: f64,
 }
 
@@ -93,50 +93,57 @@ fn per_error(change_s: &[f64], few: f64) -> f64 {
     }
 }
 
-/// Time about a pick of the surface within which other picks are counted, s.
-const ABOUT_S: f64 = 1.0;
+/// Time for which an echo that has nothing to do with the height stays near the fast time that a changing height
+/// gives, s.
+const UNRELATED_S: f64 = 1.0;
 
-/// Share of strays among the neighbours, within [`ABOUT_S`], of the surface's picks; 1 where the surface has no pick
-/// with a neighbour.
-fn strays_about(time_s: &[f64], is_surface: impl Fn(usize) -> bool) -> f64 {
-    let (mut first, mut end, mut within, mut among) = (0, 0, 0, 0);
-    let (mut others, mut strays) = (0, 0);
-    for (k, t) in time_s.iter().enumerate() {
-        while end < time_s.len() && time_s[end] <= t + ABOUT_S {
-            among += usize::from(is_surface(end));
-            end += 1;
-            within += 1;
-        }
-        while time_s[first] < t - ABOUT_S {
-            among -= usize::from(is_surface(first));
-            first += 1;
-            within -= 1;
-        }
-        if is_surface(k) {
-            others += within - 1;
-            strays += within - among;
+impl<'a> Fit<'a> {
+    /// A ridge that was followed without knowledge of the height: strays lie anywhere within twice the window of
+    /// delays.
+    pub fn new(ridge: &'a Ridge, profile: &'a FlightProfile, grid: Grid) -> Self {
+        let [from_s, to_s] = grid.delay_s;
+        Self {
+            ridge,
+            profile,
+            grid,
+            chance: 0.5 / (to_s - from_s),
         }
     }
-    if others == 0 {
-        1.0
-    } else {
-        strays as f64 / others as f64
-    }
-}
 
-impl Fit<'_> {
+    /// A ridge of the strongest echoes within [`APART_S`] of the fast times that a cue gives.
+    pub const fn about(ridge: &'a Ridge, profile: &'a FlightProfile, grid: Grid) -> Self {
+        Self {
+            ridge,
+            profile,
+            grid,
+            chance: 0.5 / APART_S,
+        }
+    }
+
+    /// Log-likelihood of the picks at an offset over picks by chance, as if all were independent.
+    pub fn over_chance_at(&self, offset_s: f64, start: Mixture) -> f64 {
+        let residuals = self.residuals_s(offset_s);
+        let mixture = self.fitted(&residuals, self.grid.delay_s, start);
+        let (total, _) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+        self.over_chance(total)
+    }
+
+    /// Mean number of picks within a time, 1 at least.
+    fn picks_within(&self, duration_s: f64) -> f64 {
+        let time_s = &self.ridge.time_s;
+        let ends = time_s.first().zip(time_s.last());
+        let whole_s = ends.map_or(0.0, |(first, last)| last - first);
+        (time_s.len() as f64 * duration_s / whole_s.max(duration_s)).max(1.0)
+    }
+
+    fn over_chance(&self, log_likelihood: f64) -> f64 {
+        log_likelihood - self.ridge.time_s.len() as f64 * self.chance.ln()
+    }
+
     /// The cue with the error of the residuals re-estimated at the most likely offset, from an initial error.
-    pub fn cue(
-        &self,
-        start: Mixture,
-        rough: Option<Rough>,
-        control: Control<'_>,
-    ) -> Result<HeightCue, AlignError> {
+    pub fn cue(&self, start: Mixture, control: Control<'_>) -> Result<HeightCue, AlignError> {
         let mut mixture = start;
-        let rough = match rough {
-            Some(rough) => rough,
-            None => self.rough(mixture, control)?,
-        };
+        let rough = self.rough(mixture, control)?;
         let mut curve = self.curve(mixture, &rough, control)?;
         for _ in 0..REFITS {
             let peak = curve.peak();
@@ -148,12 +155,6 @@ impl Fit<'_> {
             }
         }
         Ok(self.judged(curve, mixture))
-    }
-
-    /// Density of a stray, constant over twice the window of delays.
-    fn stray_density(&self) -> f64 {
-        let [from, to] = self.grid.delay_s;
-        0.5 / (to - from)
     }
 
     fn residuals_s(&self, offset_s: f64) -> Vec<f64> {
@@ -259,7 +260,7 @@ impl Fit<'_> {
         mixture: Mixture,
     ) -> (f64, f64) {
         let mut delay_s = commonest_s(residuals, delays_s, mixture.sigma_s);
-        let stray = mixture.stray_share * self.stray_density();
+        let stray = mixture.stray_share * self.chance;
         let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
         let density = |r: f64, d: f64| height * bell((r - d) / mixture.sigma_s);
         // Beyond the reach of the bell a residual is a stray. Each of two estimates of the delay is a mean of
@@ -325,7 +326,7 @@ impl Fit<'_> {
         let x = residual_s / mixture.sigma_s;
         let surface = (1.0 - mixture.stray_share) * bell(x)
             / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
-        surface / (surface + mixture.stray_share * self.stray_density())
+        surface / (surface + mixture.stray_share * self.chance)
     }
 
     /// The residuals of the surface at an offset and a delay (s).
@@ -337,7 +338,6 @@ impl Fit<'_> {
     ) -> Surface {
         let (mut residual_s, mut envelope, mut rate) = (Vec::new(), Vec::new(), Vec::new());
         let is_surface = |r: &f64| r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5;
-        let strays_about = strays_about(&self.ridge.time_s, |k| is_surface(&residuals[k]));
         let picks = self.ridge.time_s.iter().zip(&self.ridge.envelope);
         for ((t, level), r) in picks.zip(residuals) {
             if is_surface(r) {
@@ -362,19 +362,14 @@ impl Fit<'_> {
         // to the rate's.
         let scatter =
             (lasting.min(correlation_length(&rate))).max(variance_inflation(&residual_s, &rate));
-        let length_with = |error_s: f64| (scatter + slow(error_s)) * few;
-        // Lasting errors of the heights do not prevent the identification of the surface, but widen the
-        // offset.
-        let own_length = length_with(LASTING_ERROR_S);
-        let length = length_with(LASTING_ERROR_S.hypot(self.profile.lasting_error_s()));
+        let error_s = LASTING_ERROR_S.hypot(self.profile.lasting_error_s());
+        let length = (scatter + slow(error_s)) * few;
         Surface {
             residual_s,
             envelope,
             rate,
-            strays_about,
             lasting,
             few,
-            own_length,
             length,
         }
     }
@@ -387,8 +382,15 @@ impl Fit<'_> {
         let surface = self.surface(&residuals, [offset_s, delay_s], mixture);
         // An echo that ignores the height: the picks are compared with a constant.
         let ignorant = self.without_height();
+        let explained = (top - ignorant).min(self.over_chance(top));
+        // Errors that last shift the echo by their size, and hide it at no offset.
+        let least = RIVAL * self.over_chance(top);
         for l in &mut curve.log_likelihood {
+            let is_lost = self.over_chance(*l) < least;
             *l /= surface.length;
+            if is_lost {
+                *l -= OUT_OF_QUESTION;
+            }
         }
         let count = surface.residual_s.len().max(1) as f64;
         HeightCue {
@@ -397,12 +399,12 @@ impl Fit<'_> {
             delay_sigma_s: mixture.sigma_s * (surface.lasting / count).sqrt(),
             residual_s: mixture.sigma_s,
             stray_share: mixture.stray_share,
-            strays_about: surface.strays_about,
             picks: self.ridge.time_s.len(),
             correlation_length: surface.length,
             stated_sigma_s: self.profile.stated_error_s() * per_error(&surface.rate, surface.few),
-            evidence: (top - ignorant) / surface.own_length,
+            evidence: explained / surface.lasting.min(self.picks_within(UNRELATED_S)),
             preference: (top - ignorant) / surface.lasting,
+            explained,
             envelope: median(&surface.envelope).max(0.0),
             curve,
         }
@@ -455,21 +457,4 @@ fn commonest_s(residuals: &[f64], [from, to]: [f64; 2], sigma_s: f64) -> f64 {
         .max_by_key(|&i| counts[i - 1] + 2 * counts[i] + counts[i + 1])
         .unwrap_or(1);
     from + (best as f64 - 0.5) * cell
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strays_are_few_about_an_echo_that_is_followed_and_many_about_chance_picks() {
-        let time_s: Vec<f64> = (0..600).map(|k| 0.1 * f64::from(k)).collect();
-        // A quarter of the picks each: 15 s of the flight, or every fourth.
-        let followed = strays_about(&time_s, |k| (200..350).contains(&k));
-        let by_chance = strays_about(&time_s, |k| k % 4 == 0);
-        assert!(followed < 0.05, "{followed}");
-        assert!((0.7..0.85).contains(&by_chance), "{by_chance}");
-        assert!((strays_about(&time_s, |k| k == 7) - 1.0).abs() < f64::EPSILON);
-        assert!((strays_about(&time_s, |_| false) - 1.0).abs() < f64::EPSILON);
-    }
 }
