@@ -1,14 +1,17 @@
 //! A track as the calibration sees it: its path, its range profiles, and the echoes in them.
 
 use acerra_radar::Radargram;
+use acerra_radar::align::AlignError as Undecided;
 use acerra_radar::clean::{Background, remove_background};
 
+use super::coupling;
 use super::echo::Profiles;
 use super::error::CalibrateError;
 use super::model::predict;
 use super::parameter::Values;
 use super::path::Path;
 use crate::align::clock::{ClockError, align_clocks};
+use crate::align::delay::DelayCue;
 use crate::align::offset::OffsetError;
 use crate::align::recording::{Recording, TrackOptions};
 use crate::align::select::SelectError;
@@ -17,6 +20,7 @@ use crate::choices::{Delay, Select, TimeOffset};
 use crate::clean::{CleanError, removal};
 use crate::control::Control;
 use crate::journal::warnings::Warnings;
+use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::scene::Scene;
 
@@ -25,6 +29,8 @@ use crate::scene::Scene;
 pub(super) struct Setting<'a> {
     /// Places of the reflectors, east, north, up (m).
     pub reflector_m: &'a [[f64; 3]],
+    /// Standard deviation of each coordinate of those places (m).
+    pub survey_sigma_m: f64,
     /// Propagation speed stated (m/s).
     pub light_speed_m_s: f64,
     /// Band of the pulse (Hz).
@@ -44,6 +50,8 @@ pub(super) struct TrackEchoes {
     pub profiles: Profiles,
     /// Traces before background removal.
     pub raw: Radargram,
+    /// Delay by the direct coupling, where the record shows it.
+    pub coupling: Option<DelayCue>,
     /// Delay of this track relative to the first track's, as stated (s).
     pub known_delay_s: f64,
     /// Clock offset of the campaign, or the likeliest where the logs leave it open (s).
@@ -130,6 +138,7 @@ impl TrackEchoes {
             name: name(),
             path: Path::new(&recording.positions, radargram.time_s.as_slice(), max_gap_s),
             profiles: Profiles::new(&clean, setting.band_hz),
+            coupling: coupling::seen(&raw),
             raw,
             known_delay_s: recording.options.known_error.delay_ns * 1e-9,
             time_offset_s: selected.time_offset_s,
@@ -284,12 +293,18 @@ impl Selected {
             }),
             Err(ClockError::Offset(OffsetError::Undecided { cause })) => {
                 // Where each trace was taken differs from offset to offset: all of them may count.
-                let open = cause.open_offsets();
-                let open = open.ok_or(OffsetError::Undecided { cause })?;
+                let open = match cause {
+                    Undecided::NoCue => overlapping(&recording.positions, &radargram.time_s),
+                    _ => cause
+                        .open_offsets()
+                        .map(|open| (open.best_s, open.stretches_s)),
+                };
+                let (time_offset_s, open_offsets_s) =
+                    open.ok_or(OffsetError::Undecided { cause })?;
                 Ok(Self {
                     traces: (0..radargram.time_s.len()).collect(),
-                    time_offset_s: open.best_s,
-                    open_offsets_s: open.stretches_s,
+                    time_offset_s,
+                    open_offsets_s,
                     at_rest: false,
                 })
             }
@@ -311,6 +326,23 @@ impl Selected {
             Err(error) => Err(error),
         }
     }
+}
+
+/// Share of the radar log that has places at every offset tried, where nothing but the overlap limits the offsets.
+const OVERLAP: f64 = 0.8;
+
+/// The middle and the stretch of the offsets at which radar log and trajectory overlap; none of positions trace by
+/// trace.
+fn overlapping(positions: &Positions, time_s: &[f64]) -> Option<(f64, Vec<[f64; 2]>)> {
+    let Positions::Trajectory(trajectory) = positions else {
+        return None;
+    };
+    let (first_s, last_s) = (*time_s.first()?, *time_s.last()?);
+    let beyond_s = (1.0 - OVERLAP) * (last_s - first_s);
+    let ends_s = [trajectory.start_s() - first_s, trajectory.end_s() - last_s];
+    let [from_s, to_s] = [ends_s[0].min(ends_s[1]), ends_s[0].max(ends_s[1])];
+    let stretch_s = [from_s - beyond_s, to_s + beyond_s];
+    Some((0.5 * (from_s + to_s), vec![stretch_s]))
 }
 
 /// Whether places are so close together that no echo changes its range by more than a pulse.
