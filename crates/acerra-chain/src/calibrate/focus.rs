@@ -147,7 +147,7 @@ impl<'a> Placed<'a> {
             stretch,
             traces: picked.filter_map(place).collect(),
             known_delay_s: track.known_delay_s,
-            free_from_s: free_from_s(track),
+            free_from_s: free_from_s(track.coupling),
             light_speed_m_s: setting.light_speed_m_s,
             range_scale: values.range_scale,
         }

@@ -127,7 +127,7 @@ pub fn calibrate(
     }
     let found = &round.adjusted.values;
     for (track, offset_s) in tracks.iter().zip(&found.time_offset_s) {
-        let possible_s = coupling::possible_delays_s(track);
+        let possible_s = track.possible_delays_s();
         if !(possible_s[0]..=possible_s[1]).contains(&found.delay_s) {
             return Err(CalibrateError::Impossible {
                 solutions: vec![Solution {

@@ -3,7 +3,6 @@
 use acerra_imaging::delay_sums::Delays;
 use rayon::prelude::*;
 
-use super::coupling::possible_delays_s;
 use super::echo::median;
 use super::error::{CalibrateError, Solution};
 use super::focus::{Focus, Placed, SILENT, Stretch, stretches};
@@ -12,7 +11,7 @@ use super::track::{Setting, TrackEchoes};
 use crate::control::Control;
 
 /// Delays tried (s), of either sign: the impossible ones show what clutter alone reaches.
-pub(super) const DELAY_S: [f64; 2] = [-20e-9, 20e-9];
+const DELAY_S: [f64; 2] = [-20e-9, 20e-9];
 /// Longest stretch of offsets over which the traces that see a reflector from one side count as the same (s).
 const WINDOW_S: f64 = 2.0;
 /// Path of a trace below which the platform is at rest (m).
@@ -219,7 +218,7 @@ impl Grid {
                 needed_db: NEEDED_DB,
             });
         }
-        let possible_s = possible_delays_s(track);
+        let possible_s = track.possible_delays_s();
         let is_possible = |k: &usize| is_within(self.delay(*k), possible_s);
         if track.coupling.is_none() && solutions.iter().any(is_possible) {
             solutions.retain(is_possible);

@@ -9,7 +9,7 @@ use super::echo::Profiles;
 use super::error::CalibrateError;
 use super::model::predict;
 use super::parameter::Values;
-use super::path::Path;
+use super::path::{Path, Pose};
 use crate::align::clock::{ClockError, align_clocks};
 use crate::align::delay::DelayCue;
 use crate::align::offset::OffsetError;
@@ -147,13 +147,15 @@ impl TrackEchoes {
         })
     }
 
+    /// First and last delay at which range zero is possible (s), less the delay of this track as stated.
+    pub fn possible_delays_s(&self) -> [f64; 2] {
+        coupling::possible_delays_s(self.coupling).map(|delay_s| delay_s - self.known_delay_s)
+    }
+
     /// Highest speed of the positioned point over the traces (m/s).
     pub fn top_speed_m_s(&self, offset_s: f64) -> f64 {
         let sampler = self.path.sampler();
-        let speed = |t: &f64| {
-            let v = sampler.at(*t, offset_s)?.velocity_m_s;
-            Some(v.iter().map(|v| v * v).sum::<f64>().sqrt())
-        };
+        let speed = |t: &f64| Some(speed_m_s(&sampler.at(*t, offset_s)?));
         self.profiles
             .time_s
             .iter()
@@ -207,12 +209,17 @@ impl TrackEchoes {
 }
 
 impl TrackEchoes {
-    /// Delays of the echoes by the model, for each trace that has a place.
+    /// Delays of the echoes by the model, for each trace that has a place. Traces at rest before and after a motion
+    /// repeat one echo, bent by one clutter.
     fn expected(&self, setting: &Setting<'_>, number: usize, values: &Values) -> Vec<Expected> {
         let sampler = self.path.sampler();
         let c = setting.light_speed_m_s;
+        let repeats = !self.at_rest && matches!(self.path, Path::Flown { .. });
         let of_trace = |(trace, &time_s): (usize, &f64)| {
             let pose = sampler.at(time_s, values.time_offset_s[number])?;
+            if repeats && speed_m_s(&pose) < SLOWEST_M_S {
+                return None;
+            }
             let expected_s = |place: &[f64; 3]| {
                 2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s
             };
@@ -258,6 +265,14 @@ struct Expected {
 
 /// Contrast from which the surface counts as seen: noise reaches it in one of seven traces.
 const SURFACE_CONTRAST: f64 = 2.0;
+
+/// Slowest motion (m/s): below it clutter stays the same for seconds.
+const SLOWEST_M_S: f64 = 0.01;
+
+fn speed_m_s(pose: &Pose) -> f64 {
+    let squares = pose.velocity_m_s.iter().map(|v| v * v);
+    squares.sum::<f64>().sqrt()
+}
 
 /// Offsets tried to each side of one that is stated or found (s).
 const ABOUT_S: f64 = 1.0;
