@@ -2,11 +2,12 @@
 //! range scale, estimated jointly from one or more flights or from a radar at rest.
 //!
 //! 1. Range profiles are matched to the band of the pulse (`echo`).
-//! 2. Delay and offset at which the reflectors are in focus (`focus`) are where to start (`search`).
+//! 2. Delay and offset at which the reflectors are in focus (`focus`) are where to start (`search`), among the delays
+//!    that the direct coupling allows (`coupling`).
 //! 3. In each trace the crest near the predicted range is an observation (`track`); where single traces do
 //!    not show the reflectors, in each coherent sum of some (`stretch_echoes`).
-//! 4. Gauss-Newton estimates the unknowns (`adjust`) together with the positions' slow errors (`drift`). The
-//!    noise comes from the residuals; outliers are left out.
+//! 4. Gauss-Newton estimates the unknowns (`adjust`) together with the positions' slow errors (`drift`) and
+//!    the errors of the survey. The noise comes from the residuals; outliers are left out.
 //! 5. Unknowns that the geometry does not determine are held at the campaign's value and named (`observe`);
 //!    an undetermined delay is held at the delay at which the reflectors are in focus.
 //!
