@@ -114,13 +114,13 @@ pub fn book(runner: &Runner) -> anyhow::Result<()> {
     runner.run(&Step::new("validation book", &words(write)).with("ACERRA_DOCS", pages))
 }
 
-/// Simulates and processes random flights with right settings, and writes their page of the book: minutes, so
-/// that only a quick draw is part of the suite.
-pub fn flights(runner: &Runner) -> anyhow::Result<()> {
+/// Simulates and processes what the test program `test` of the command draws by seeds, and writes the program's page of
+/// the book: minutes, so that only a quick draw is part of the suite.
+pub fn drawn(runner: &Runner, test: &str) -> anyhow::Result<()> {
     let pages = runner.root.join("docs/validation").display().to_string();
     let mut write = TEST.to_vec();
-    write.extend(["--test", "flights", "--", "--ignored", "--nocapture"]);
-    runner.run(&Step::new("random flights", &write).with("ACERRA_DOCS", pages))
+    write.extend(["--test", test, "--", "--ignored", "--nocapture"]);
+    runner.run(&Step::new("random logs", &write).with("ACERRA_DOCS", pages))
 }
 
 /// Tries every wrong setting, and writes its page of the book: half an hour, so that it is no part of [`ci`].

@@ -30,6 +30,7 @@ cargo xtask package              every crate as it is published, by its size
 cargo xtask validate             slow checks: RTKLIB parity, the engine at full size, the book
 cargo xtask book                 writes docs/validation again
 cargo xtask validate flights     random flights with right settings, and their page of the book
+cargo xtask validate captures    random side-looking captures, calibrated, and their page of the book
 cargo xtask wrong-settings       the table of wrong settings, again
 cargo xtask ground-scenes [NAME…] full-wave scenes of the validation book again, minutes each
 cargo xtask fuzz [SECONDS] [TARGET…]
@@ -55,7 +56,9 @@ fn main() -> ExitCode {
         "workflows" => release::workflows(&runner),
         "containers" => release::containers(&runner),
         "package" => release::package(&runner),
-        "validate" if rest == ["flights"] => checks::flights(&runner),
+        "validate" if rest == ["flights"] || rest == ["captures"] => {
+            checks::drawn(&runner, &rest[0])
+        }
         "validate" => validation::run(&runner),
         "book" => checks::book(&runner),
         "wrong-settings" => checks::wrong_settings(&runner),

@@ -137,6 +137,7 @@ fn calibrated(
     let mut warnings = Warnings::default();
     let options = CalibrateOptions {
         lever_arm_m,
+        survey_sigma_m: 0.0,
         position_correlation_s: CORRELATION_S,
         ..CalibrateOptions::on(REFLECTORS.to_vec())
     };

@@ -20,12 +20,13 @@ fn calibrate(
     py: Python<'_>,
     file: PathBuf,
     reflector_m: Vec<[f64; 3]>,
+    survey_sigma_m: f64,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     work::run(py, progress.as_ref(), |control| {
         let file = CampaignFile::read(&file)?;
         let mut journal = Journal::default();
-        let outcome = file.calibrate(reflector_m, &mut journal, control)?;
+        let outcome = file.calibrate(reflector_m, survey_sigma_m, &mut journal, control)?;
         let keys: Vec<String> = outcome.keys().iter().map(ToString::to_string).collect();
         Ok(json!({ "record": CalibrationRecord::of(&outcome), "keys": keys }).to_string())
     })

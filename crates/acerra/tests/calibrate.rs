@@ -81,6 +81,8 @@ fn a_simulated_flight_over_reflectors_is_calibrated_and_its_campaign_written() {
         file.to_str().unwrap(),
         "--survey",
         survey.to_str().unwrap(),
+        "--survey-sigma-m",
+        "0.001",
         "-o",
         products.to_str().unwrap(),
         "--json",

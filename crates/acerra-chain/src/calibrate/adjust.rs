@@ -1,5 +1,5 @@
-//! The adjustment: Gauss-Newton on the echoes' apparent ranges. The positions' slow errors are estimated too
-//! and eliminated, the noise is taken from the data, and outliers are left out.
+//! The adjustment: Gauss-Newton on the echoes' apparent ranges. The positions' slow errors and the errors of the
+//! survey are estimated too and eliminated, the noise is taken from the data, and outliers are left out.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,7 +18,7 @@ const MOST_ITERATIONS: usize = 40;
 /// go for ever.
 const NOISE_ITERATIONS: usize = 8;
 /// Change, in deviations, below which it has settled.
-const SETTLED: f64 = 0.01;
+const SETTLED: f64 = 0.1;
 /// Deviations beyond which a residual is an outlier.
 const OUTLIER: f64 = 3.5;
 /// Largest change of a lever arm in an iteration (m).
@@ -41,8 +41,10 @@ pub(super) struct Normal {
     /// Information matrix (SI units).
     pub information: DMatrix<f64>,
     gradient: DVector<f64>,
-    /// The nuisance parameters as functions of given steps: offset and slope.
+    /// The positions' errors at the knots as functions of steps of the unknowns and the places: offset and slope.
     nuisance: (DVector<f64>, DMatrix<f64>),
+    /// The errors of the surveyed places as functions of steps of the unknowns: offset and slope.
+    places: (DVector<f64>, DMatrix<f64>),
     /// Unknowns that the data spend on the nuisances.
     nuisance_freedom: f64,
 }
@@ -70,7 +72,7 @@ pub(super) struct Adjusted {
 struct Linearised {
     /// Observed less predicted (m).
     misfit_m: Vec<f64>,
-    /// Derivatives by the unknowns.
+    /// Derivatives by the unknowns, then by the surveyed places.
     slope: Vec<Vec<f64>>,
     /// Derivatives by the position.
     by_position: Vec<[f64; 3]>,
@@ -149,7 +151,10 @@ impl<'a> Adjustment<'a> {
             let covariance = invert(&select(&normal.information, &free, &free));
             let step = &covariance * pick(&normal.gradient, &free);
             let residual_m = self.residuals(&at, &normal, &free, &step);
-            last = self.apply(&mut values, &free, &step, &covariance);
+            // Ends of the path cut traces off at one offset and not at the next, and rates averaged over a second are
+            // not those of a walk's bobbing: shrinking steps end between values that whole steps alternate between.
+            let share = NOISE_ITERATIONS as f64 / iteration.max(NOISE_ITERATIONS) as f64;
+            last = self.apply(&mut values, &free, (&step, share), &covariance);
             let settled = last.1 < SETTLED && iteration > NOISE_ITERATIONS;
             if settled {
                 return Ok(Adjusted {
@@ -173,12 +178,12 @@ impl<'a> Adjustment<'a> {
         })
     }
 
-    /// Updates the values; returns the unknown that changes most, and its change in deviations.
+    /// Updates the values by a share of a step; returns the unknown that changes most, and its change in deviations.
     fn apply(
         &self,
         values: &mut Values,
         free: &[usize],
-        step: &DVector<f64>,
+        (step, share): (&DVector<f64>, f64),
         covariance: &DMatrix<f64>,
     ) -> (String, f64) {
         let mut largest = (String::new(), 0.0);
@@ -193,13 +198,24 @@ impl<'a> Adjustment<'a> {
         let shrink = (LARGEST_STEP_M / longest_m.max(1e-12)).min(1.0);
         for (k, i) in free.iter().enumerate() {
             let parameter = self.parameters[*i];
-            values.add(parameter, shrink * step[k]);
-            let relative = step[k].abs() / covariance[(k, k)].max(0.0).sqrt().max(1e-30);
+            values.add(parameter, share * shrink * step[k]);
+            let relative = share * step[k].abs() / covariance[(k, k)].max(0.0).sqrt().max(1e-30);
             if relative > largest.1 {
                 largest = (parameter.name(), relative);
             }
         }
         largest
+    }
+
+    /// First of the columns for a reflector's surveyed place; none where the survey is exact.
+    fn place_column(&self, reflector: usize) -> Option<usize> {
+        (self.setting.survey_sigma_m > 0.0).then_some(self.parameters.len() + 3 * reflector)
+    }
+
+    /// Unknowns and coordinates of surveyed places.
+    fn columns(&self) -> usize {
+        let places = self.setting.reflector_m.len();
+        self.place_column(places).unwrap_or(self.parameters.len())
     }
 
     fn linearise(&self, values: &Values) -> Linearised {
@@ -214,22 +230,28 @@ impl<'a> Adjustment<'a> {
             let Some(pose) = pose else {
                 // Beyond the path's end at this offset: no observation.
                 out.misfit_m.push(0.0);
-                out.slope.push(vec![0.0; self.parameters.len()]);
+                out.slope.push(vec![0.0; self.columns()]);
                 out.by_position.push([0.0; 3]);
                 continue;
             };
             let place = self.setting.reflector_m[echo.reflector];
             let prediction = predict(values, &pose, place, c);
-            let slope = |p: &Parameter| prediction.derivative(*p, echo.track, c);
+            let own = |p: &Parameter| prediction.derivative(*p, echo.track, c);
+            let mut slope: Vec<f64> = self.parameters.iter().map(own).collect();
+            slope.resize(self.columns(), 0.0);
+            let by_position = prediction.by_position();
+            if let Some(first) = self.place_column(echo.reflector) {
+                (0..3).for_each(|i| slope[first + i] = -by_position[i]);
+            }
             out.misfit_m.push(echo.range_m - prediction.range_m);
-            out.slope.push(self.parameters.iter().map(slope).collect());
-            out.by_position.push(prediction.by_position());
+            out.slope.push(slope);
+            out.by_position.push(by_position);
         }
         out
     }
 
     fn normal(&self, at: &Linearised, noise: &Noise) -> Normal {
-        let (n, m) = (self.parameters.len(), self.nuisances);
+        let (n, m) = (self.columns(), self.nuisances);
         let mut information = DMatrix::zeros(n, n);
         let mut gradient = DVector::zeros(n);
         let mut cross = DMatrix::zeros(n, m);
@@ -265,11 +287,44 @@ impl<'a> Adjustment<'a> {
         let own = own.factorised();
         let offset = own.solve(&own_gradient);
         let slope = own.solve_columns(&cross.transpose());
+        self.without_places(
+            information - &cross * &slope,
+            gradient - &cross * &offset,
+            (offset, slope),
+            own.trace_of_inverse_times(&data),
+        )
+    }
+
+    /// Eliminates the errors of the surveyed places, whose deviation is the survey's, from the normal equations.
+    fn without_places(
+        &self,
+        information: DMatrix<f64>,
+        gradient: DVector<f64>,
+        nuisance: (DVector<f64>, DMatrix<f64>),
+        nuisance_freedom: f64,
+    ) -> Normal {
+        let unknowns: Vec<usize> = (0..self.parameters.len()).collect();
+        let places: Vec<usize> = (self.parameters.len()..information.nrows()).collect();
+        let data = select(&information, &places, &places);
+        let cross = select(&information, &unknowns, &places);
+        let prior = DMatrix::from_diagonal_element(
+            places.len(),
+            places.len(),
+            self.setting.survey_sigma_m.powi(-2),
+        );
+        let inverse = if places.is_empty() {
+            data.clone()
+        } else {
+            invert(&(&data + prior))
+        };
+        let offset = &inverse * pick(&gradient, &places);
+        let slope = &inverse * cross.transpose();
         Normal {
-            information: information - &cross * &slope,
-            gradient: gradient - &cross * &offset,
-            nuisance_freedom: own.trace_of_inverse_times(&data),
-            nuisance: (offset, slope),
+            information: select(&information, &unknowns, &unknowns) - &cross * &slope,
+            gradient: pick(&gradient, &unknowns) - &cross * &offset,
+            nuisance_freedom: nuisance_freedom + (inverse * data).trace(),
+            nuisance,
+            places: (offset, slope),
         }
     }
 
@@ -297,6 +352,10 @@ impl<'a> Adjustment<'a> {
         for (k, i) in free.iter().enumerate() {
             full[*i] = step[k];
         }
+        let (offset, slope) = &normal.places;
+        let places = offset - slope * &full;
+        let full =
+            DVector::from_iterator(self.columns(), full.iter().chain(places.iter()).copied());
         let (offset, slope) = &normal.nuisance;
         let nuisance = offset - slope * &full;
         self.echoes

@@ -1,34 +1,35 @@
-//! The direct coupling from antenna to antenna after calibration: an independent check of the delay.
+//! The direct coupling from antenna to antenna, and the delays that are possible by it and by the radio's time zero.
 
-use super::result::Calibrated;
-use super::rounds::Survey;
-use crate::align::delay::coupling_delay;
-use crate::journal::warnings::Warnings;
+use acerra_radar::Radargram;
 
-/// Deviations between the delay found and that of the coupling from which they contradict.
-const CONTRADICTS: f64 = 4.0;
-/// Delays of cables and electronics that a coupling may have (s): a later echo is another constant echo, in a
-/// window that opens after the coupling.
-const POSSIBLE_S: [f64; 2] = [-1e-9, 20e-9];
+use crate::align::delay::{DelayCue, coupling_delay};
 
-/// Warns where the direct coupling of a track speaks for another delay than the one found.
-pub(super) fn compare(survey: &Survey<'_>, calibrated: &Calibrated, warnings: &mut Warnings) {
-    for track in survey.tracks {
-        let Some(cue) = coupling_delay(&track.raw) else {
-            continue;
-        };
-        let found_s = calibrated.values.delay_s + track.known_delay_s;
-        let is_possible = (POSSIBLE_S[0]..=POSSIBLE_S[1]).contains(&cue.delay_s);
-        if is_possible && (found_s - cue.delay_s).abs() > CONTRADICTS * cue.sigma_s {
-            warnings.add(format!(
-                "track {}: the delay found, {:.2} ns, contradicts the direct coupling, which speaks for {:.2} ± \
-                 {:.2} ns: the echo followed may be another one than the reflector's (the places of the \
-                 reflectors, [trajectory] time_offset_s)",
-                track.name,
-                found_s * 1e9,
-                cue.delay_s * 1e9,
-                cue.sigma_s * 1e9
-            ));
-        }
-    }
+/// Range zero lies after the radio's own time zero, but for how its marks are set (s).
+const ZERO_S: f64 = -1e-9;
+/// Delays that cables and electronics may have (s): a later constant echo than the coupling's is another one, in a window
+/// that opens after the coupling.
+const POSSIBLE_S: [f64; 2] = [ZERO_S, 20e-9];
+/// Deviations from the delay by the coupling at which range zero is still possible: the distance of the antennas, the
+/// ringing and the crest's place within the pulse are not known better than the deviation states.
+const REACH_SIGMAS: f64 = 3.0;
+/// Ringing of the coupling after range zero (s): the timing jitter of the radio leaves more of the ringing than a
+/// reflector echoes. A reflector is farther away than its range, 0.6 m.
+const RINGING_S: f64 = 4e-9;
+
+/// Delay by the direct coupling, where the record shows the coupling.
+pub(super) fn seen(raw: &Radargram) -> Option<DelayCue> {
+    coupling_delay(raw).filter(|cue| (POSSIBLE_S[0]..=POSSIBLE_S[1]).contains(&cue.delay_s))
+}
+
+/// First and last delay at which range zero is possible (s). Range zero comes before the direct coupling, by the travel
+/// time between the antennas, where the record shows the coupling; else it comes after the radio's time zero.
+pub(super) fn possible_delays_s(coupling: Option<DelayCue>) -> [f64; 2] {
+    coupling.map_or(POSSIBLE_S, |cue| {
+        [-1.0, 1.0].map(|sign| cue.delay_s + sign * REACH_SIGMAS * cue.sigma_s)
+    })
+}
+
+/// Fast time from which echoes are free of the coupling and its ringing (s).
+pub(super) fn free_from_s(coupling: Option<DelayCue>) -> f64 {
+    coupling.map_or(f64::NEG_INFINITY, |cue| cue.delay_s + RINGING_S)
 }

@@ -76,17 +76,20 @@ pub enum CalibrateError {
         /// The solutions, best first.
         solutions: Vec<Solution>,
     },
-    /// The reflectors are in focus where range zero lies before anything is transmitted.
+    /// The reflectors are in focus, as well or better, at a delay at which range zero cannot be.
     #[error(
-        "the reflectors are in focus at the delay {delay_ns:.2} ns and the offset {offset_s:.3} s \
-         alone, which puts range zero before the radar's own time zero: another echo was mistaken \
-         for the reflectors'; check the places of the reflectors and [trajectory] time_offset_s"
+        "the reflectors are in focus as well or better where range zero cannot be: the direct coupling and the \
+         radio's time zero allow delays from {:.2} to {:.2} ns:{}\nanother echo is as strong as the reflectors'; \
+         check the places of the reflectors and [trajectory] time_offset_s, or add a reflector",
+        possible_ns[0],
+        possible_ns[1],
+        solutions.iter().map(ToString::to_string).collect::<String>()
     )]
-    BeforeZero {
-        /// The delay (ns).
-        delay_ns: f64,
-        /// The clock offset (s).
-        offset_s: f64,
+    Impossible {
+        /// The solutions, best first; those at possible delays as well.
+        solutions: Vec<Solution>,
+        /// First and last possible delay (ns).
+        possible_ns: [f64; 2],
     },
     /// Too few echoes were found at the place predicted.
     #[error(

@@ -8,6 +8,7 @@
 
 use acerra_imaging::delay_sums::{DelaySums, EchoCurve, SumScratch};
 
+use super::coupling::free_from_s;
 use super::parameter::Values;
 use super::track::{Setting, TrackEchoes};
 
@@ -24,6 +25,9 @@ const PATCH_STEP_M: f64 = 0.04;
 /// ratio's logarithm).
 const PLACE_SIGMA_M: f64 = 0.15;
 const PLACE_COST: f64 = 0.25;
+
+/// Levels down to this are of echoes outside the record.
+pub(super) const SILENT: f64 = -500.0;
 
 /// Traces that see a reflector from one side.
 #[derive(Clone, Debug)]
@@ -109,6 +113,8 @@ pub(super) struct Placed<'a> {
     /// Trace, its weight, and the phase centre (m).
     traces: Vec<(usize, f64, [f64; 3])>,
     known_delay_s: f64,
+    /// Fast time from which echoes are free of the direct coupling (s).
+    free_from_s: f64,
     /// Propagation speed over the apparent one.
     light_speed_m_s: f64,
     range_scale: f64,
@@ -141,6 +147,7 @@ impl<'a> Placed<'a> {
             stretch,
             traces: picked.filter_map(place).collect(),
             known_delay_s: track.known_delay_s,
+            free_from_s: free_from_s(track.coupling),
             light_speed_m_s: setting.light_speed_m_s,
             range_scale: values.range_scale,
         }
@@ -155,15 +162,21 @@ impl<'a> Placed<'a> {
         self.traces.iter().map(time).collect()
     }
 
-    /// Place at which the stretch is in focus at each delay of the sums. A platform at rest resolves no place.
-    pub fn focus(&self, setting: &Setting<'_>, sums: &DelaySums, at_rest: bool) -> Vec<Focus> {
+    /// Place at which the stretch is in focus at each of the sums' delays; [`SILENT`] where the echo would lie within the
+    /// direct coupling. A platform at rest resolves no place.
+    pub fn focus(
+        &self,
+        setting: &Setting<'_>,
+        (sums, delay_s): (&DelaySums, &[f64]),
+        at_rest: bool,
+    ) -> Vec<Focus> {
         let place_m = setting.reflector_m[self.stretch.reflector];
         let trace: Vec<usize> = self.traces.iter().map(|(trace, _, _)| *trace).collect();
         let weight: Vec<f64> = self.traces.iter().map(|(_, weight, _)| *weight).collect();
         let total: f64 = weight.iter().sum();
         let scratch = &mut SumScratch::default();
         // Best power so far, less the penalty, and its place.
-        let mut best = vec![(0.0, [0.0; 2]); sums.delays()];
+        let mut best = vec![(0.0, [0.0; 2]); delay_s.len()];
         for off_m in patch(at_rest) {
             let at_m = [place_m[0] + off_m[0], place_m[1] + off_m[1], place_m[2]];
             let curve = EchoCurve {
@@ -181,11 +194,16 @@ impl<'a> Placed<'a> {
         }
         let relative = |power: f64| power / (total * total).max(f64::MIN_POSITIVE);
         let level = |power: f64| relative(power).max(f64::MIN_POSITIVE).ln();
-        let found = |(power, off_m): (f64, [f64; 2])| Focus {
-            level: level(power),
+        let earliest_s = (self.times_s(place_m).into_iter()).fold(f64::INFINITY, f64::min);
+        let found = |((power, off_m), delay_s): ((f64, [f64; 2]), &f64)| Focus {
+            level: if earliest_s + delay_s < self.free_from_s {
+                SILENT
+            } else {
+                level(power)
+            },
             off_m,
         };
-        best.into_iter().map(found).collect()
+        best.into_iter().zip(delay_s).map(found).collect()
     }
 }
 

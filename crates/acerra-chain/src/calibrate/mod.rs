@@ -2,11 +2,12 @@
 //! range scale, estimated jointly from one or more flights or from a radar at rest.
 //!
 //! 1. Range profiles are matched to the band of the pulse (`echo`).
-//! 2. Delay and offset at which the reflectors are in focus (`focus`) are where to start (`search`).
+//! 2. Delay and offset at which the reflectors are in focus (`focus`) are where to start (`search`), among the delays
+//!    that the direct coupling allows (`coupling`).
 //! 3. In each trace the crest near the predicted range is an observation (`track`); where single traces do
 //!    not show the reflectors, in each coherent sum of some (`stretch_echoes`).
-//! 4. Gauss-Newton estimates the unknowns (`adjust`) together with the positions' slow errors (`drift`). The
-//!    noise comes from the residuals; outliers are left out.
+//! 4. Gauss-Newton estimates the unknowns (`adjust`) together with the positions' slow errors (`drift`) and
+//!    the errors of the survey. The noise comes from the residuals; outliers are left out.
 //! 5. Unknowns that the geometry does not determine are held at the campaign's value and named (`observe`);
 //!    an undetermined delay is held at the delay at which the reflectors are in focus.
 //!
@@ -53,6 +54,8 @@ pub use result::{Calibrated, EchoResidual, Estimate, ReflectorFit, Sensitivity};
 pub struct CalibrateOptions {
     /// Places of the reflectors' phase centres, east, north, up in the frame of the positions (m).
     pub reflector_m: Vec<[f64; 3]>,
+    /// Standard deviation of each coordinate of those places (m).
+    pub survey_sigma_m: f64,
     /// Lever arm of the campaign: forward, left, up (m). The recordings' positions are those of the
     /// positioned point, without the lever arm.
     pub lever_arm_m: [f64; 3],
@@ -65,12 +68,13 @@ pub struct CalibrateOptions {
 }
 
 impl CalibrateOptions {
-    /// A prior without settings: no lever arm, the band of the P440, and errors of carrier-phase positions
-    /// that last for 10 s.
+    /// A prior without settings: a survey to 2 cm, no lever arm, the band of the P440, and errors of carrier-phase
+    /// positions that last for 10 s.
     #[must_use]
     pub fn on(reflector_m: Vec<[f64; 3]>) -> Self {
         Self {
             reflector_m,
+            survey_sigma_m: 0.02,
             lever_arm_m: [0.0; 3],
             delay_s: 0.0,
             band_hz: [3.1e9, 4.8e9],
@@ -95,6 +99,7 @@ pub fn calibrate(
     }
     let setting = Setting {
         reflector_m: &options.reflector_m,
+        survey_sigma_m: options.survey_sigma_m,
         light_speed_m_s: scene.light_speed_m_s,
         band_hz: options.band_hz,
         scene,
@@ -122,11 +127,18 @@ pub fn calibrate(
         round = survey.round(&round.adjusted.values, half_width_s, false)?;
     }
     let found = &round.adjusted.values;
-    if found.delay_s < search::ZERO_S {
-        return Err(CalibrateError::BeforeZero {
-            delay_ns: found.delay_s * 1e9,
-            offset_s: found.time_offset_s.first().copied().unwrap_or_default(),
-        });
+    for (track, offset_s) in tracks.iter().zip(&found.time_offset_s) {
+        let possible_s = track.possible_delays_s();
+        if !(possible_s[0]..=possible_s[1]).contains(&found.delay_s) {
+            return Err(CalibrateError::Impossible {
+                solutions: vec![Solution {
+                    delay_ns: found.delay_s * 1e9,
+                    offset_s: *offset_s,
+                    below_db: 0.0,
+                }],
+                possible_ns: possible_s.map(|delay_s| delay_s * 1e9),
+            });
+        }
     }
     if !round.knows_position_errors {
         warnings.add(
@@ -137,6 +149,5 @@ pub fn calibrate(
     let calibrated = Calibrated::of(&survey, round);
     calibrated.doubts(warnings);
     surface::compare(&survey, &calibrated, scene, warnings);
-    coupling::compare(&survey, &calibrated, warnings);
     Ok(calibrated)
 }

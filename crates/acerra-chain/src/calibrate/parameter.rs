@@ -62,7 +62,8 @@ impl Parameter {
     /// Largest standard deviation of a value that counts as observed (SI units). A calibration is made for
     /// delay and offsets: they are held only where the data hardly depend on them. A tape measure gives a
     /// lever arm better from 1 cm on, the propagation speed in air from 5·10⁻⁴ on. A lever arm ahead trades
-    /// with the clock offset: 6 mm of it at 2 m/s are 3 ms.
+    /// with the clock offset: 6 mm of it at 2 m/s are 3 ms. A clock offset is known from elsewhere to half a second, the
+    /// deviation of a second to either side.
     #[must_use]
     pub const fn sigma_limit(self) -> f64 {
         match self {
@@ -70,7 +71,7 @@ impl Parameter {
             Self::RangeScale => 5e-4,
             Self::Forward => 0.006,
             Self::Left | Self::Up => 0.01,
-            Self::ClockOffset(_) => 0.03,
+            Self::ClockOffset(_) => 0.5,
         }
     }
 

@@ -19,7 +19,7 @@ pub struct Calibrated {
     pub free: Vec<Parameter>,
     /// Correlation matrix, row by row.
     pub correlation: Vec<Vec<f64>>,
-    /// Covariance matrix, row by row (SI units).
+    /// Covariance matrix, row by row (SI units), enlarged as the deviations are.
     pub covariance: Vec<Vec<f64>>,
     /// Combinations that the geometry does not determine.
     pub singular: Vec<SingularDirection>,
@@ -41,7 +41,8 @@ pub struct Estimate {
     /// The value found, or the campaign's where it is not observable (SI units). For a delay that the ranges
     /// do not determine, and the clock offsets: the value at which the reflectors are in focus.
     pub value: f64,
-    /// Standard deviation, given the values held (SI units); none where the value is not observable.
+    /// Standard deviation, given the values held (SI units), enlarged where the echoes contradict a value held; none
+    /// where the value is not observable.
     pub sigma: Option<f64>,
     /// For a held unknown: its estimate relative to the held value, and the deviation of the estimate (SI
     /// units).
@@ -107,10 +108,14 @@ impl Calibrated {
             })
             .collect();
         let parameters = survey.campaign.parameters();
+        let mut estimates = estimates(&adjusted, survey.campaign);
+        let enlarged = contradiction(&estimates);
+        let own = |estimate: &mut Estimate| estimate.sigma = estimate.sigma.map(|s| enlarged * s);
+        estimates.iter_mut().for_each(own);
         Self {
-            estimates: estimates(&adjusted, survey.campaign),
+            estimates,
             correlation: rows(&correlation(&adjusted.covariance)),
-            covariance: rows(&adjusted.covariance),
+            covariance: rows(&(&adjusted.covariance * enlarged.powi(2))),
             singular: singular_directions(&adjusted.normal.information, &parameters),
             sensitivity: sensitivities(&adjusted, &parameters),
             reflectors: survey
@@ -134,14 +139,14 @@ impl Calibrated {
 
     /// Reasons to doubt the result.
     pub(super) fn doubts(&self, warnings: &mut Warnings) {
-        const CONTRADICTS: f64 = 4.0;
         for estimate in &self.estimates {
             let (unit, per_si) = estimate.parameter.unit();
             if let Some((shift, sigma)) = estimate.wanted
                 && shift.abs() > CONTRADICTS * sigma
             {
                 warnings.add(format!(
-                    "{} is kept at {:.4} {unit}, but the echoes prefer {:.4} ± {:.4}",
+                    "{} is kept at {:.4} {unit}, but the echoes prefer {:.4} ± {:.4}: the deviations of all values \
+                     are enlarged by that",
                     estimate.parameter.name(),
                     estimate.value * per_si,
                     (estimate.value + shift) * per_si,
@@ -183,6 +188,23 @@ impl ReflectorFit {
             kept: kept.len(),
             rms_m: (squares / (kept.len() as f64).max(1.0)).sqrt(),
         }
+    }
+}
+
+/// Deviations between a held value and what the echoes prefer from which they contradict: of a few held values by
+/// chance in one calibration of a hundred.
+const CONTRADICTS: f64 = 3.0;
+
+/// Factor on all deviations: echoes that contradict a held value by so many deviations have errors that their scatter
+/// does not show, or the held value is wrong.
+fn contradiction(estimates: &[Estimate]) -> f64 {
+    let wanted = estimates.iter().filter_map(|estimate| estimate.wanted);
+    let deviations = wanted.map(|(shift, sigma)| shift.abs() / sigma);
+    let greatest = deviations.fold(0.0, f64::max);
+    if greatest > CONTRADICTS {
+        greatest
+    } else {
+        1.0
     }
 }
 

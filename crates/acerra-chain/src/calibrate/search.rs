@@ -5,15 +5,13 @@ use rayon::prelude::*;
 
 use super::echo::median;
 use super::error::{CalibrateError, Solution};
-use super::focus::{Focus, Placed, Stretch, stretches};
+use super::focus::{Focus, Placed, SILENT, Stretch, stretches};
 use super::parameter::Values;
 use super::track::{Setting, TrackEchoes};
 use crate::control::Control;
 
-/// Delays tried (s), of either sign.
+/// Delays tried (s), of either sign: the impossible ones show what clutter alone reaches.
 const DELAY_S: [f64; 2] = [-20e-9, 20e-9];
-/// Range zero lies after the radio's own time zero, but for how its marks are set (s).
-pub(super) const ZERO_S: f64 = -1e-9;
 /// Longest stretch of offsets over which the traces that see a reflector from one side count as the same (s).
 const WINDOW_S: f64 = 2.0;
 /// Path of a trace below which the platform is at rest (m).
@@ -77,7 +75,7 @@ pub(super) fn search(
                 control.check()?;
                 let of_stretch = |stretch: &Stretch| {
                     let placed = Placed::at(stretch, setting, track, start, *offset_s, false);
-                    placed.focus(setting, &sums, track.at_rest)
+                    placed.focus(setting, (&sums, &grid.delay_s), track.at_rest)
                 };
                 Ok(window.stretches.iter().map(of_stretch).collect::<Vec<_>>())
             })
@@ -88,11 +86,11 @@ pub(super) fn search(
         level_db.extend(levels_db.into_iter().map(|level_db| share * level_db));
         grid.offset_s.extend(window.offset_s);
     }
-    let top = grid.best(&level_db)?;
+    let top = grid.best(&level_db, track)?;
     let (delay_s, offset_s) = (grid.delay(top), grid.offset(top));
     let in_focus = |stretch: Stretch| {
         let placed = Placed::at(&stretch, setting, track, start, offset_s, false);
-        let at_delays = placed.focus(setting, &sums, track.at_rest);
+        let at_delays = placed.focus(setting, (&sums, &grid.delay_s), track.at_rest);
         (stretch, at_delays[top % grid.delay_s.len()])
     };
     let stretches = stretches(setting, track, start, offset_s);
@@ -159,57 +157,58 @@ struct Grid {
 }
 
 impl Grid {
-    /// Level of each setting above the median of all (dB), the mean over the stretches by their paths. The
-    /// level of each stretch is relative to the median of that stretch, so that one bright echo does not
-    /// outweigh a reflector seen from all sides.
+    /// Level of each setting above the median of all (dB): the level that more than half of the reflectors reach, each
+    /// by the mean over its stretches by their paths. The level of each stretch is relative to the median of that
+    /// stretch, so that one bright echo does not outweigh a reflector seen from all sides.
     fn levels_db(&self, rows: &[Vec<Vec<Focus>>], stretches: &[Stretch]) -> Vec<f64> {
         let cells = rows.len() * self.delay_s.len();
-        let mut level = vec![0.0; cells];
-        let mut total = 0.0;
-        for (k, stretch) in stretches.iter().enumerate() {
-            let own =
-                |cell: usize| rows[cell / self.delay_s.len()][k][cell % self.delay_s.len()].level;
-            let heard = (0..cells).map(own).filter(|l| *l > SILENT);
-            let middle = median(heard);
-            let weight = stretch.weight.iter().sum::<f64>();
-            total += weight;
-            for (cell, level) in level.iter_mut().enumerate() {
-                // Echoes outside the record are no better than the median.
-                let above = if own(cell) > SILENT {
-                    own(cell) - middle
-                } else {
-                    0.0
+        let mut reflectors: Vec<usize> = stretches.iter().map(|s| s.reflector).collect();
+        reflectors.dedup();
+        let of_reflector = |reflector: &usize| {
+            let mut level = vec![0.0; cells];
+            let mut total = 0.0;
+            for (k, stretch) in stretches.iter().enumerate() {
+                if stretch.reflector != *reflector {
+                    continue;
+                }
+                let own = |cell: usize| {
+                    rows[cell / self.delay_s.len()][k][cell % self.delay_s.len()].level
                 };
-                *level += weight * above;
+                let heard = (0..cells).map(own).filter(|l| *l > SILENT);
+                let middle = median(heard);
+                let weight = stretch.weight.iter().sum::<f64>();
+                total += weight;
+                for (cell, level) in level.iter_mut().enumerate() {
+                    // Echoes outside the record are no better than the median.
+                    if own(cell) > SILENT {
+                        *level += weight * (own(cell) - middle);
+                    }
+                }
             }
-        }
-        let per_db = 10.0 / std::f64::consts::LN_10;
-        level
-            .iter_mut()
-            .for_each(|l| *l *= per_db / f64::max(total, 1e-12));
+            let per_db = 10.0 / std::f64::consts::LN_10;
+            let scale = per_db / f64::max(total, 1e-12);
+            level.iter_mut().for_each(|l| *l *= scale);
+            level
+        };
+        let each: Vec<Vec<f64>> = reflectors.iter().map(of_reflector).collect();
+        let of_most = |cell: usize| {
+            let mut levels: Vec<f64> = each.iter().map(|level| level[cell]).collect();
+            levels.sort_by(f64::total_cmp);
+            let lower_middle = levels.len().saturating_sub(1) / 2;
+            levels.get(lower_middle).copied().unwrap_or(0.0)
+        };
+        let level: Vec<f64> = (0..cells).map(of_most).collect();
         let middle = median(level.iter().copied());
         level.iter().map(|l| l - middle).collect()
     }
 
-    /// The best setting, where it is clearly above the median and no other setting is near its level.
-    fn best(&self, level_db: &[f64]) -> Result<usize, CalibrateError> {
-        let mut solutions = Vec::new();
-        let mut taken = vec![false; level_db.len()];
-        while solutions.len() < MOST_SOLUTIONS {
-            let Some(top) = highest(level_db, |k| !taken[k]) else {
-                break;
-            };
-            let first_db = solutions
-                .first()
-                .map_or(level_db[top], |k: &usize| level_db[*k]);
-            if level_db[top] < first_db - APART_DB || level_db[top].is_nan() {
-                break;
-            }
-            for (cell, inside) in self.connected(level_db, top).into_iter().enumerate() {
-                taken[cell] |= inside;
-            }
-            solutions.push(top);
-        }
+    /// The best setting, where it is clearly above the median, no other setting is near its level, and range zero is
+    /// possible there.
+    ///
+    /// Where the record shows the direct coupling, range zero is known to some nanoseconds: the delays elsewhere show
+    /// what clutter alone reaches, and a setting that clutter nearly reaches is none.
+    fn best(&self, level_db: &[f64], track: &TrackEchoes) -> Result<usize, CalibrateError> {
+        let mut solutions = self.solutions(level_db);
         let contrast_db = solutions.first().map_or(0.0, |k| level_db[*k]);
         if contrast_db < NEEDED_DB {
             return Err(CalibrateError::NoEcho {
@@ -219,27 +218,49 @@ impl Grid {
                 needed_db: NEEDED_DB,
             });
         }
-        let before_zero = |k: &usize| self.delay(*k) < ZERO_S;
+        let possible_s = track.possible_delays_s();
+        let is_possible = |k: &usize| is_within(self.delay(*k), possible_s);
+        if track.coupling.is_none() && solutions.iter().any(is_possible) {
+            solutions.retain(is_possible);
+        }
+        let all_possible = solutions.iter().all(is_possible);
+        if let ([only], true) = (solutions.as_slice(), all_possible) {
+            return Ok(*only);
+        }
         let solution = |k: &usize| Solution {
             delay_ns: self.delay(*k) * 1e9,
             offset_s: self.offset(*k),
             below_db: contrast_db - level_db[*k],
         };
-        let possible: Vec<usize> = solutions
-            .iter()
-            .filter(|k| !before_zero(k))
-            .copied()
-            .collect();
-        match possible.as_slice() {
-            [only] => Ok(*only),
-            [] => Err(CalibrateError::BeforeZero {
-                delay_ns: self.delay(solutions[0]) * 1e9,
-                offset_s: self.offset(solutions[0]),
-            }),
-            several => Err(CalibrateError::Ambiguous {
-                solutions: several.iter().map(solution).collect(),
-            }),
+        let solutions = solutions.iter().map(solution).collect();
+        Err(if all_possible {
+            CalibrateError::Ambiguous { solutions }
+        } else {
+            CalibrateError::Impossible {
+                solutions,
+                possible_ns: possible_s.map(|d| d * 1e9),
+            }
+        })
+    }
+
+    /// The best setting and those near its level that do not hang together with a better one, best first.
+    fn solutions(&self, level_db: &[f64]) -> Vec<usize> {
+        let mut solutions: Vec<usize> = Vec::new();
+        let mut taken = vec![false; level_db.len()];
+        while solutions.len() < MOST_SOLUTIONS {
+            let Some(top) = highest(level_db, |k| !taken[k]) else {
+                break;
+            };
+            let first_db = solutions.first().map_or(level_db[top], |k| level_db[*k]);
+            if level_db[top] < first_db - APART_DB || level_db[top].is_nan() {
+                break;
+            }
+            for (cell, inside) in self.connected(level_db, top).into_iter().enumerate() {
+                taken[cell] |= inside;
+            }
+            solutions.push(top);
         }
+        solutions
     }
 
     fn ends_s(&self) -> [f64; 2] {
@@ -280,8 +301,10 @@ impl Grid {
     }
 }
 
-/// Levels below this are of echoes outside the record.
-const SILENT: f64 = -500.0;
+/// Whether a delay is possible, but for the spacing of the delays tried.
+fn is_within(delay_s: f64, [from_s, to_s]: [f64; 2]) -> bool {
+    (from_s - DELAY_STEP_S..=to_s + DELAY_STEP_S).contains(&delay_s)
+}
 
 fn steps([from, to]: [f64; 2], step: f64) -> Vec<f64> {
     let count = ((to - from) / step).round() as usize;

@@ -1,14 +1,17 @@
 //! A track as the calibration sees it: its path, its range profiles, and the echoes in them.
 
 use acerra_radar::Radargram;
+use acerra_radar::align::AlignError as Undecided;
 use acerra_radar::clean::{Background, remove_background};
 
+use super::coupling;
 use super::echo::Profiles;
 use super::error::CalibrateError;
 use super::model::predict;
 use super::parameter::Values;
-use super::path::Path;
+use super::path::{Path, Pose};
 use crate::align::clock::{ClockError, align_clocks};
+use crate::align::delay::DelayCue;
 use crate::align::offset::OffsetError;
 use crate::align::recording::{Recording, TrackOptions};
 use crate::align::select::SelectError;
@@ -17,6 +20,7 @@ use crate::choices::{Delay, Select, TimeOffset};
 use crate::clean::{CleanError, removal};
 use crate::control::Control;
 use crate::journal::warnings::Warnings;
+use crate::position::Positions;
 use crate::read::RadarContent;
 use crate::scene::Scene;
 
@@ -25,6 +29,8 @@ use crate::scene::Scene;
 pub(super) struct Setting<'a> {
     /// Places of the reflectors, east, north, up (m).
     pub reflector_m: &'a [[f64; 3]],
+    /// Standard deviation of each coordinate of those places (m).
+    pub survey_sigma_m: f64,
     /// Propagation speed stated (m/s).
     pub light_speed_m_s: f64,
     /// Band of the pulse (Hz).
@@ -44,6 +50,8 @@ pub(super) struct TrackEchoes {
     pub profiles: Profiles,
     /// Traces before background removal.
     pub raw: Radargram,
+    /// Delay by the direct coupling, where the record shows it.
+    pub coupling: Option<DelayCue>,
     /// Delay of this track relative to the first track's, as stated (s).
     pub known_delay_s: f64,
     /// Clock offset of the campaign, or the likeliest where the logs leave it open (s).
@@ -130,6 +138,7 @@ impl TrackEchoes {
             name: name(),
             path: Path::new(&recording.positions, radargram.time_s.as_slice(), max_gap_s),
             profiles: Profiles::new(&clean, setting.band_hz),
+            coupling: coupling::seen(&raw),
             raw,
             known_delay_s: recording.options.known_error.delay_ns * 1e-9,
             time_offset_s: selected.time_offset_s,
@@ -138,13 +147,15 @@ impl TrackEchoes {
         })
     }
 
+    /// First and last delay at which range zero is possible (s), less the delay of this track as stated.
+    pub fn possible_delays_s(&self) -> [f64; 2] {
+        coupling::possible_delays_s(self.coupling).map(|delay_s| delay_s - self.known_delay_s)
+    }
+
     /// Highest speed of the positioned point over the traces (m/s).
     pub fn top_speed_m_s(&self, offset_s: f64) -> f64 {
         let sampler = self.path.sampler();
-        let speed = |t: &f64| {
-            let v = sampler.at(*t, offset_s)?.velocity_m_s;
-            Some(v.iter().map(|v| v * v).sum::<f64>().sqrt())
-        };
+        let speed = |t: &f64| Some(speed_m_s(&sampler.at(*t, offset_s)?));
         self.profiles
             .time_s
             .iter()
@@ -198,12 +209,17 @@ impl TrackEchoes {
 }
 
 impl TrackEchoes {
-    /// Delays of the echoes by the model, for each trace that has a place.
+    /// Delays of the echoes by the model, for each trace that has a place. Traces at rest before and after a motion
+    /// repeat one echo, bent by one clutter.
     fn expected(&self, setting: &Setting<'_>, number: usize, values: &Values) -> Vec<Expected> {
         let sampler = self.path.sampler();
         let c = setting.light_speed_m_s;
+        let repeats = !self.at_rest && matches!(self.path, Path::Flown { .. });
         let of_trace = |(trace, &time_s): (usize, &f64)| {
             let pose = sampler.at(time_s, values.time_offset_s[number])?;
+            if repeats && speed_m_s(&pose) < SLOWEST_M_S {
+                return None;
+            }
             let expected_s = |place: &[f64; 3]| {
                 2.0 * predict(values, &pose, *place, c).range_m / c + self.known_delay_s
             };
@@ -250,6 +266,14 @@ struct Expected {
 /// Contrast from which the surface counts as seen: noise reaches it in one of seven traces.
 const SURFACE_CONTRAST: f64 = 2.0;
 
+/// Slowest motion (m/s): below it clutter stays the same for seconds.
+const SLOWEST_M_S: f64 = 0.01;
+
+fn speed_m_s(pose: &Pose) -> f64 {
+    let squares = pose.velocity_m_s.iter().map(|v| v * v);
+    squares.sum::<f64>().sqrt()
+}
+
 /// Offsets tried to each side of one that is stated or found (s).
 const ABOUT_S: f64 = 1.0;
 
@@ -284,12 +308,18 @@ impl Selected {
             }),
             Err(ClockError::Offset(OffsetError::Undecided { cause })) => {
                 // Where each trace was taken differs from offset to offset: all of them may count.
-                let open = cause.open_offsets();
-                let open = open.ok_or(OffsetError::Undecided { cause })?;
+                let open = match cause {
+                    Undecided::NoCue => overlapping(&recording.positions, &radargram.time_s),
+                    _ => cause
+                        .open_offsets()
+                        .map(|open| (open.best_s, open.stretches_s)),
+                };
+                let (time_offset_s, open_offsets_s) =
+                    open.ok_or(OffsetError::Undecided { cause })?;
                 Ok(Self {
                     traces: (0..radargram.time_s.len()).collect(),
-                    time_offset_s: open.best_s,
-                    open_offsets_s: open.stretches_s,
+                    time_offset_s,
+                    open_offsets_s,
                     at_rest: false,
                 })
             }
@@ -311,6 +341,23 @@ impl Selected {
             Err(error) => Err(error),
         }
     }
+}
+
+/// Share of the radar log that has places at every offset tried, where nothing but the overlap limits the offsets.
+const OVERLAP: f64 = 0.8;
+
+/// The middle and the stretch of the offsets at which radar log and trajectory overlap; none of positions trace by
+/// trace.
+fn overlapping(positions: &Positions, time_s: &[f64]) -> Option<(f64, Vec<[f64; 2]>)> {
+    let Positions::Trajectory(trajectory) = positions else {
+        return None;
+    };
+    let (first_s, last_s) = (*time_s.first()?, *time_s.last()?);
+    let beyond_s = (1.0 - OVERLAP) * (last_s - first_s);
+    let ends_s = [trajectory.start_s() - first_s, trajectory.end_s() - last_s];
+    let [from_s, to_s] = [ends_s[0].min(ends_s[1]), ends_s[0].max(ends_s[1])];
+    let stretch_s = [from_s - beyond_s, to_s + beyond_s];
+    Some((0.5 * (from_s + to_s), vec![stretch_s]))
 }
 
 /// Whether places are so close together that no echo changes its range by more than a pulse.

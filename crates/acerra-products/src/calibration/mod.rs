@@ -50,13 +50,14 @@ impl CampaignFile {
         })
     }
 
-    /// Calibrates on reflectors at known places.
+    /// Calibrates on reflectors at places that are known to `survey_sigma_m`.
     ///
     /// # Errors
     /// Logs that cannot be read, or do not show the reflectors.
     pub fn calibrate(
         &self,
         reflector_m: Vec<[f64; 3]>,
+        survey_sigma_m: f64,
         journal: &mut Journal,
         control: &Control<'_>,
     ) -> anyhow::Result<CalibrationOutcome> {
@@ -79,6 +80,7 @@ impl CampaignFile {
         }
         let (recordings, scene) = survey.recordings(journal, control)?;
         let options = CalibrateOptions {
+            survey_sigma_m,
             lever_arm_m,
             delay_s: self.delay_ns() * 1e-9,
             band_hz: self.campaign.image.band_ghz.map(|f| f * 1e9),

@@ -144,6 +144,7 @@ def calibrate(
     file: PathLike,
     reflector_m: npt.ArrayLike,
     *,
+    survey_sigma_m: float = 0.02,
     progress: bool | Progress | None = None,
 ) -> dict[str, Any]:
     """Calibrate delay, clock offset and lever arm on reflectors at known places.
@@ -154,6 +155,8 @@ def calibrate(
         The campaign file of a flight over the reflectors.
     reflector_m : array_like, shape (reflectors, 3)
         Their phase centres: east, north, up in the frame of the positions, m.
+    survey_sigma_m : float, optional
+        Standard deviation of each coordinate of those places, m.
     progress : bool or function, optional
         As in `acerra.adjoint`.
 
@@ -164,7 +167,9 @@ def calibrate(
         how each reflector fits, and the ``keys`` that a campaign file takes from it.
     """
     places = checks.places("reflector_m", reflector_m)
-    found = json.loads(_native.calibrate(Path(file), places.tolist(), listener(progress)))
+    found = json.loads(
+        _native.calibrate(Path(file), places.tolist(), float(survey_sigma_m), listener(progress))
+    )
     return {**found["record"], "keys": found["keys"]}
 
 

@@ -18,7 +18,7 @@ use crate::terminal::warn;
 
 /// Calibrate delay, clock offset, lever arm and range scale on reflectors at known places.
 ///
-/// Deviations include noise and errors of the positions. Echoes that overlap with the surface echo or another
+/// Deviations include noise, errors of the positions and errors of the survey. Echoes that overlap with the surface echo or another
 /// reflector are not used.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -38,6 +38,10 @@ pub struct Args {
     /// Places of the reflectors: a CSV file with lines x_m,y_m,z_m or name,x_m,y_m,z_m.
     #[arg(long, value_name = "POINTS.csv", group = "targets")]
     survey: Option<PathBuf>,
+    /// Standard deviation of each coordinate of those places (m).
+    #[arg(long, value_name = "S", value_parser = not_negative, default_value = "0.02",
+          conflicts_with = "range_m")]
+    survey_sigma_m: f64,
     /// The radar is at rest, and a reflector is at this range from its antennas (m): finds the delay alone.
     #[arg(long, value_name = "R", value_parser = positive, group = "targets")]
     range_m: Option<f64>,
@@ -89,7 +93,7 @@ fn on_reflectors(
         None => args.reflector.clone(),
     };
     let control = Control::default().cancelled_by(cancel_flag());
-    let outcome = file.calibrate(reflector_m, journal, &control)?;
+    let outcome = file.calibrate(reflector_m, args.survey_sigma_m, journal, &control)?;
     if let Some(directory) = &args.output {
         outcome.deliver(&file.path.display().to_string(), directory)?;
     }
