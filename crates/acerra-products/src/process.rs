@@ -5,7 +5,8 @@ use acerra_chain::calibrate::SurveyedPoint;
 use acerra_chain::campaign::{Campaign, Contradictions};
 use acerra_chain::findings::{Evidence, Verdict};
 use acerra_chain::findings::{
-    exceed_clutter, weigh_autofocus, weigh_image, weigh_prepared, weigh_targets, weigh_unchecked,
+    exceed_clutter, separate_residues, weigh_autofocus, weigh_image, weigh_prepared, weigh_targets,
+    weigh_unchecked,
 };
 use acerra_chain::focus::plan::ImageError;
 use acerra_chain::measure::MeasureError;
@@ -199,16 +200,17 @@ impl Ready {
             prepared,
             ..
         } = self;
-        let (measured, exceeds_clutter, findings) = journal.stage("measure", |_| {
+        let (measured, exceeds_clutter, residue, findings) = journal.stage("measure", |_| {
             let (measured, findings) = rayon::join(
                 || prepared.measure(&focused, &(&campaign.measure).into(), control),
                 || weigh_image(&prepared, &focused, control),
             );
-            let measured = measured?;
+            let mut measured = measured?;
+            let residue = separate_residues(&prepared, &focused, &mut measured);
             let exceeds = exceed_clutter(&prepared, &focused, &measured.targets, control)?;
-            Ok::<_, RunError>((measured, exceeds, findings?))
+            Ok::<_, RunError>((measured, exceeds, residue, findings?))
         })?;
-        for finding in findings {
+        for finding in findings.into_iter().chain(residue) {
             journal.evidence.add(finding);
         }
         weigh_targets(&prepared, &focused, &measured.targets, &exceeds_clutter)

@@ -43,7 +43,7 @@ mod unchecked;
 mod wander;
 
 pub use autofocus::weigh_autofocus;
-pub use targets::{exceed_clutter, weigh_targets};
+pub use targets::{exceed_clutter, separate_residues, weigh_targets};
 pub use unchecked::{Unchecked, weigh_unchecked};
 
 pub use crate::journal::evidence::Evidence;

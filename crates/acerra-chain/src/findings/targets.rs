@@ -1,6 +1,6 @@
 //! Findings on the measured targets.
 
-use acerra_imaging::metrics::Target;
+use acerra_imaging::metrics::{Measurement, Target};
 
 use super::{reach, side, target_focus};
 use crate::control::{Cancelled, Control};
@@ -25,6 +25,40 @@ pub fn exceed_clutter(
     distinct(prepared, focused, &places_m, control)
 }
 
+/// Range cell of the band (m), where a log holds traces, whose surface echo is known.
+fn range_cell_m(prepared: &Prepared) -> Option<f64> {
+    let frequency_hz = &prepared.spectrum.frequency_hz;
+    let band_hz = frequency_hz.last()? - frequency_hz.first()?;
+    let has_traces = prepared.tracks.iter().any(|track| track.cleaned.is_some());
+    (band_hz > 0.0 && has_traces).then(|| 0.5 * prepared.scene.light_speed_m_s / band_hz)
+}
+
+/// Judges how many of an image's targets are residues of the surface echo; where these are the majority, they become
+/// clutter. No finding below ground, where targets are compared with the clutter at their depth.
+#[must_use]
+pub fn separate_residues(
+    prepared: &Prepared,
+    focused: &Focused,
+    measured: &mut Measurement,
+) -> Option<Finding> {
+    let cell_m = range_cell_m(prepared).filter(|_| focused.underground.is_none())?;
+    let is_residue = |target: &Target| {
+        target.along.rayleigh_m.is_none() && is_below(&prepared.aligned, target, cell_m)
+    };
+    let targets = measured.targets.len();
+    let residues = measured.targets.iter().filter(|t| is_residue(t)).count();
+    let finding = surface_residue(residues, targets);
+    if finding.verdict != Verdict::Agrees {
+        measured.targets.retain(|target| !is_residue(target));
+        measured.clutter += residues;
+        let strongest_db = measured.targets.first().map_or(0.0, |t| t.level_db);
+        for target in &mut measured.targets {
+            target.level_db -= strongest_db;
+        }
+    }
+    Some(finding)
+}
+
 /// Judges the targets of an image, of which those below ground [exceed the clutter](exceed_clutter) or do not; no
 /// finding where no log holds traces, whose surface echo is known.
 #[must_use]
@@ -34,23 +68,10 @@ pub fn weigh_targets(
     targets: &[Target],
     exceeds_clutter: &[bool],
 ) -> Vec<Finding> {
-    let frequency_hz = &prepared.spectrum.frequency_hz;
-    let (Some(low), Some(high)) = (frequency_hz.first(), frequency_hz.last()) else {
+    let Some(cell_m) = range_cell_m(prepared) else {
         return Vec::new();
-    };
-    if high <= low || prepared.tracks.iter().all(|track| track.cleaned.is_none()) {
-        return Vec::new();
-    }
-    let cell_m = 0.5 * prepared.scene.light_speed_m_s / (high - low);
-    let is_residue = |target: &&Target| {
-        target.along.rayleigh_m.is_none() && is_below(&prepared.aligned, target, cell_m)
     };
     let mut findings = Vec::new();
-    // Targets below ground are compared with the clutter at their depth.
-    if focused.underground.is_none() {
-        let residues = targets.iter().filter(is_residue).count();
-        findings.push(surface_residue(residues, targets.len()));
-    }
     findings.extend(side::weigh(prepared, targets));
     findings.extend(clutter(
         prepared,
@@ -79,7 +100,7 @@ fn is_below(aligned: &Aligned, target: &Target, cell_m: f64) -> bool {
 /// Residues of the surface echo from which their share is judged: fewer are chance.
 const LEAST_RESIDUES: usize = 3;
 
-/// Judges how many of the `targets` are residues of the surface echo after background removal: straight below
+/// Judges how many of the maxima are residues of the surface echo after background removal: straight below
 /// the flight, and without a width along the track, as speckle.
 ///
 /// An image of a scene to the side holds only such residues where the campaign leaves the image's sides to
@@ -91,18 +112,18 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
     } else {
         Verdict::Agrees
     };
-    Finding::judged("surface_residue", share, "share of the targets", verdict)
+    Finding::judged("surface_residue", share, "share of the maxima", verdict)
         .expecting(0.0)
         .because(match verdict {
             Verdict::Agrees => format!(
-                "{residues} of {targets} targets lie straight below the flight without a width along the \
+                "{residues} of {targets} maxima lie straight below the flight without a width along the \
                  track, as residues of the surface echo do"
             ),
             Verdict::Doubtful | Verdict::Contradicts => format!(
-                "{residues} of {targets} targets lie straight below the flight and have no width along the \
-                 track: residues of the surface echo after background removal, not points. A scene to the \
-                 side is imaged where [image] x_m, y_m state it, without a gate ([preprocess] gate_ns, \
-                 background)"
+                "{residues} of {targets} maxima lie straight below the flight and have no width along the \
+                 track: residues of the surface echo after background removal, not points, and not listed as \
+                 targets. A scene to the side is imaged where [image] x_m, y_m state it, without a gate \
+                 ([preprocess] gate_ns, background)"
             ),
         })
 }
