@@ -209,6 +209,11 @@ impl Grid {
     /// what clutter alone reaches, and a setting that clutter nearly reaches is none.
     fn best(&self, level_db: &[f64], track: &TrackEchoes) -> Result<usize, CalibrateError> {
         let mut solutions = self.solutions(level_db);
+        let possible_s = track.possible_delays_s();
+        let is_possible = |k: &usize| is_within(self.delay(*k), possible_s);
+        // A level that rises to the end of the delays tried is no maximum.
+        let last = self.delay_s.len() - 1;
+        solutions.retain(|k| is_possible(k) || (1..last).contains(&(k % self.delay_s.len())));
         let contrast_db = solutions.first().map_or(0.0, |k| level_db[*k]);
         if contrast_db < NEEDED_DB {
             return Err(CalibrateError::NoEcho {
@@ -218,8 +223,6 @@ impl Grid {
                 needed_db: NEEDED_DB,
             });
         }
-        let possible_s = track.possible_delays_s();
-        let is_possible = |k: &usize| is_within(self.delay(*k), possible_s);
         if track.coupling.is_none() && solutions.iter().any(is_possible) {
             solutions.retain(is_possible);
         }
