@@ -13,7 +13,7 @@ const POSSIBLE_S: [f64; 2] = [ZERO_S, 20e-9];
 /// ringing and the crest's place within the pulse are not known better than the deviation states.
 const REACH_SIGMAS: f64 = 3.0;
 /// Ringing of the coupling after range zero (s): the timing jitter of the radio leaves more of the ringing than a
-/// reflector echoes. A reflector is farther away than its range, 0.6 m.
+/// reflector echoes. The ringing covers the first 0.6 m of range, in which no reflector stands.
 const RINGING_S: f64 = 4e-9;
 
 /// Delay by the direct coupling, where the record shows the coupling.

@@ -54,7 +54,7 @@ pub use result::{Calibrated, EchoResidual, Estimate, ReflectorFit, Sensitivity};
 pub struct CalibrateOptions {
     /// Places of the reflectors' phase centres, east, north, up in the frame of the positions (m).
     pub reflector_m: Vec<[f64; 3]>,
-    /// Standard deviation of each coordinate of those places (m).
+    /// Standard deviation of each coordinate of a reflector's surveyed place (m).
     pub survey_sigma_m: f64,
     /// Lever arm of the campaign: forward, left, up (m). The recordings' positions are those of the
     /// positioned point, without the lever arm.

@@ -29,7 +29,7 @@ use crate::scene::Scene;
 pub(super) struct Setting<'a> {
     /// Places of the reflectors, east, north, up (m).
     pub reflector_m: &'a [[f64; 3]],
-    /// Standard deviation of each coordinate of those places (m).
+    /// Standard deviation of each coordinate of a reflector's surveyed place (m).
     pub survey_sigma_m: f64,
     /// Propagation speed stated (m/s).
     pub light_speed_m_s: f64,

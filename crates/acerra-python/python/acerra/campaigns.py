@@ -156,7 +156,7 @@ def calibrate(
     reflector_m : array_like, shape (reflectors, 3)
         Their phase centres: east, north, up in the frame of the positions, m.
     survey_sigma_m : float, optional
-        Standard deviation of each coordinate of those places, m.
+        Standard deviation of each coordinate of a reflector's surveyed place, m.
     progress : bool or function, optional
         As in `acerra.adjoint`.
 

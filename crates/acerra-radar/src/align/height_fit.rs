@@ -383,7 +383,8 @@ impl<'a> Fit<'a> {
         // An echo that ignores the height: the picks are compared with a constant.
         let ignorant = self.without_height();
         let explained = (top - ignorant).min(self.over_chance(top));
-        // Errors that last shift the echo by their size, and hide it at no offset.
+        // Lasting errors of the heights shift the residuals by their size, but turn few picks of the surface into strays:
+        // an offset at which most picks are strays is excluded, however long errors last.
         let least = RIVAL * self.over_chance(top);
         for l in &mut curve.log_likelihood {
             let is_lost = self.over_chance(*l) < least;

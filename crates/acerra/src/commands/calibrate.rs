@@ -38,7 +38,7 @@ pub struct Args {
     /// Places of the reflectors: a CSV file with lines x_m,y_m,z_m or name,x_m,y_m,z_m.
     #[arg(long, value_name = "POINTS.csv", group = "targets")]
     survey: Option<PathBuf>,
-    /// Standard deviation of each coordinate of those places (m).
+    /// Standard deviation of each coordinate of a reflector's surveyed place (m).
     #[arg(long, value_name = "S", value_parser = not_negative, default_value = "0.02",
           conflicts_with = "range_m")]
     survey_sigma_m: f64,
