@@ -1,7 +1,9 @@
 //! Findings on the measured targets.
 
 use acerra_imaging::metrics::{Measurement, Target};
+use acerra_imaging::psf::PointSpread;
 
+use super::target_focus::{Seen, point_spread};
 use super::{reach, side, target_focus};
 use crate::control::{Cancelled, Control};
 use crate::focus::Focused;
@@ -42,14 +44,17 @@ pub fn separate_residues(
     measured: &mut Measurement,
 ) -> Option<Finding> {
     let cell_m = range_cell_m(prepared).filter(|_| focused.underground.is_none())?;
+    let spread = point_spread(prepared, focused);
     let is_residue = |target: &Target| {
-        target.along.rayleigh_m.is_none() && is_below(&prepared.aligned, target, cell_m)
+        is_below(&prepared.aligned, target, cell_m) && is_speckle(spread.as_ref(), target)
     };
     let targets = measured.targets.len();
-    let residues = measured.targets.iter().filter(|t| is_residue(t)).count();
+    let is_residue: Vec<bool> = measured.targets.iter().map(is_residue).collect();
+    let residues = is_residue.iter().filter(|residue| **residue).count();
     let finding = surface_residue(residues, targets);
     if finding.verdict != Verdict::Agrees {
-        measured.targets.retain(|target| !is_residue(target));
+        let mut judged = is_residue.iter();
+        measured.targets.retain(|_| judged.next() != Some(&true));
         measured.clutter += residues;
         let strongest_db = measured.targets.first().map_or(0.0, |t| t.level_db);
         for target in &mut measured.targets {
@@ -84,6 +89,12 @@ pub fn weigh_targets(
     findings
 }
 
+/// Whether a maximum has no width along the track, or more energy in its sidelobes than a point in focus has.
+fn is_speckle(spread: Option<&PointSpread>, target: &Target) -> bool {
+    let seen = || spread.and_then(|spread| Seen::of(spread, target));
+    target.along.rayleigh_m.is_none() || seen().is_some_and(|seen| seen.is_out_of_focus())
+}
+
 /// Whether a target lies within a range cell of the ground straight below the trace nearest to it.
 fn is_below(aligned: &Aligned, target: &Target, cell_m: f64) -> bool {
     let range_m = |p: &[f64; 3]| {
@@ -101,7 +112,7 @@ fn is_below(aligned: &Aligned, target: &Target, cell_m: f64) -> bool {
 const LEAST_RESIDUES: usize = 3;
 
 /// Judges how many of the maxima are residues of the surface echo after background removal: straight below
-/// the flight, and without a width along the track, as speckle.
+/// the flight, and without a main lobe of their own, as speckle.
 ///
 /// An image of a scene to the side holds only such residues where the campaign leaves the image's sides to
 /// the flight.
@@ -116,14 +127,14 @@ fn surface_residue(residues: usize, targets: usize) -> Finding {
         .expecting(0.0)
         .because(match verdict {
             Verdict::Agrees => format!(
-                "{residues} of {targets} maxima lie straight below the flight without a width along the \
-                 track, as residues of the surface echo do"
+                "{residues} of {targets} maxima lie straight below the flight without a main lobe that holds \
+                 most of their energy, as residues of the surface echo do"
             ),
             Verdict::Doubtful | Verdict::Contradicts => format!(
-                "{residues} of {targets} maxima lie straight below the flight and have no width along the \
-                 track: residues of the surface echo after background removal, not points, and not listed as \
-                 targets. A scene to the side is imaged where [image] x_m, y_m state it, without a gate \
-                 ([preprocess] gate_ns, background)"
+                "{residues} of {targets} maxima lie straight below the flight and have no main lobe that holds \
+                 most of their energy: residues of the surface echo after background removal, not points, and \
+                 not listed as targets. A scene to the side is imaged where [image] x_m, y_m state it, without \
+                 a gate ([preprocess] gate_ns, background)"
             ),
         })
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use acerra_geo::lever_arm::HeadingOptions;
+
 use super::median::median;
 use crate::align::geometry::ImageGeometry;
 use crate::journal::finding::{Finding, Verdict};
@@ -41,7 +43,13 @@ pub(super) fn weigh(
         findings.push(lever_arm_length(arm_m));
     }
     if arm_m > 0.0 && !track.has_attitude() {
-        findings.push(lever_arm_heading(arm_m, wavelength_m));
+        let part = track.range.clone();
+        let (time_s, position_m) = (&prepared.aligned.time_s, &prepared.aligned.position_m);
+        let halt_s = longest_halt_s(
+            time_s.get(part.clone()).unwrap_or(&[]),
+            position_m.get(part).unwrap_or(&[]),
+        );
+        findings.push(lever_arm_heading(arm_m, wavelength_m, halt_s));
     }
     if let Some(seen) = prepared.aligned.radar_height {
         findings.push(radar_height(
@@ -250,21 +258,53 @@ fn lever_arm_length(horizontal_arm_m: f64) -> Finding {
 /// Angle between a small drone's nose and its course (rad): 3° of crab and yaw.
 const HEADING_SIGMA_RAD: f64 = 0.05;
 
+/// A halt within which a platform may turn on the spot (s).
+const TURN_S: f64 = 2.0;
+/// Half of the time over which the speed of a platform is averaged (s): gusts move a hovering platform to and fro.
+const HALF_WINDOW_S: f64 = 1.0;
+
+/// Longest time for which a platform halts between two moving parts of its traces (s).
+fn longest_halt_s(time_s: &[f64], position_m: &[[f64; 3]]) -> f64 {
+    let places = time_s.len().min(position_m.len());
+    let is_moving = |k: usize| {
+        let from = time_s.partition_point(|t| *t < time_s[k] - HALF_WINDOW_S);
+        let to = time_s.partition_point(|t| *t <= time_s[k] + HALF_WINDOW_S) - 1;
+        let [from, to] = [from, to.min(places - 1)];
+        let way_m = (position_m[to][0] - position_m[from][0])
+            .hypot(position_m[to][1] - position_m[from][1]);
+        way_m >= HeadingOptions::default().min_speed_m_s * (time_s[to] - time_s[from])
+    };
+    let moving: Vec<usize> = (0..places).filter(|k| is_moving(*k)).collect();
+    let halts = moving.windows(2).filter(|pair| pair[1] > pair[0] + 1);
+    halts
+        .map(|pair| time_s[pair[1]] - time_s[pair[0]])
+        .fold(0.0, f64::max)
+}
+
 /// Judges a horizontal lever arm that is turned by the course, without a recorded attitude: the error of
-/// range by the angle between nose and course must stay below λ/4, or the phases are lost.
-fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64) -> Finding {
-    let sigma_m = horizontal_arm_m * HEADING_SIGMA_RAD;
+/// range by the angle between nose and course must stay below λ/4, or the phases are lost. A platform that halts
+/// for `halt_s` may turn on the spot, so that the arm points anywhere afterwards.
+fn lever_arm_heading(horizontal_arm_m: f64, wavelength_m: f64, halt_s: f64) -> Finding {
+    let may_turn = halt_s >= TURN_S;
+    let sigma_m = horizontal_arm_m * if may_turn { 1.0 } else { HEADING_SIGMA_RAD };
     let verdict = if sigma_m <= 0.25 * wavelength_m {
         Verdict::Agrees
     } else {
         Verdict::Doubtful
     };
+    let cause = if may_turn {
+        format!(
+            "turned by the course, points elsewhere if the platform turned on the spot while it halted for \
+             {halt_s:.0} s, which is up to"
+        )
+    } else {
+        "turned by the course, leaves".to_owned()
+    };
     Finding::judged("lever_arm_heading", 1e3 * sigma_m, "mm", verdict)
         .expecting(0.0)
         .because(format!(
-            "no attitude is recorded: a lever arm of {horizontal_arm_m:.2} m to the side or ahead, \
-             turned by the course, leaves {:.0} mm of unknown motion; λ/4 is {:.0} mm ([trajectory] \
-             lever_arm_m)",
+            "no attitude is recorded: a lever arm of {horizontal_arm_m:.2} m to the side or ahead, {cause} \
+             {:.0} mm of unknown motion; λ/4 is {:.0} mm ([trajectory] lever_arm_m, attitude_file)",
             1e3 * sigma_m,
             250.0 * wavelength_m
         ))
@@ -298,8 +338,35 @@ mod tests {
 
     #[test]
     fn a_long_lever_arm_without_attitude_is_doubtful() {
-        assert_eq!(lever_arm_heading(0.05, 0.0759).verdict, Verdict::Agrees);
-        assert_eq!(lever_arm_heading(0.5, 0.0759).verdict, Verdict::Doubtful);
+        let verdict = |arm_m, halt_s| lever_arm_heading(arm_m, 0.0759, halt_s).verdict;
+        assert_eq!(verdict(0.05, 0.0), Verdict::Agrees);
+        assert_eq!(verdict(0.5, 0.0), Verdict::Doubtful);
+        assert_eq!(verdict(0.05, 3.0), Verdict::Doubtful);
+        assert_eq!(verdict(0.01, 3.0), Verdict::Agrees);
+    }
+
+    #[test]
+    fn a_halt_lies_between_two_moving_parts() {
+        // Ten traces a second at 1 m/s, with a gap in the motion.
+        let flight = |parts: &[(usize, f64)]| {
+            let steps = parts
+                .iter()
+                .flat_map(|(traces, speed_m_s)| vec![*speed_m_s; *traces]);
+            let mut x_m = 0.0;
+            let position_m: Vec<[f64; 3]> = steps
+                .map(|speed_m_s| {
+                    x_m += 0.1 * speed_m_s;
+                    [x_m, 0.0, 5.0]
+                })
+                .collect();
+            let time_s: Vec<f64> = (0..position_m.len()).map(|k| 0.1 * k as f64).collect();
+            longest_halt_s(&time_s, &position_m)
+        };
+        assert_eq!(flight(&[]), 0.0);
+        assert_eq!(flight(&[(50, 0.0), (100, 1.0), (50, 0.0)]), 0.0);
+        let halt_s = flight(&[(100, 1.0), (60, 0.0), (100, 1.0)]);
+        // The mean over two seconds shortens a halt of 6 s by up to a second at each end.
+        assert!((4.0..6.0).contains(&halt_s), "{halt_s}");
     }
 
     #[test]

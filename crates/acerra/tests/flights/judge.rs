@@ -6,7 +6,7 @@ use acerra_chain::campaign::Campaign;
 use acerra_chain::findings::Verdict;
 use acerra_chain::{Control, Journal, MemorySink};
 use acerra_products::run_record::{TargetRecord, TargetsRecord};
-use acerra_products::{NamedCampaign, process};
+use acerra_products::{NamedCampaign, Outcome, process};
 use toml::Table;
 
 use crate::flight::RandomFlight;
@@ -20,6 +20,8 @@ pub enum Class {
     WithinSigma,
     /// Every reflector within a cell, one of them beyond 3 σ.
     SigmaTooSmall,
+    /// Every listed reflector right; another is in the image, fainter than the levels that are listed.
+    NotListed,
     /// Right, and stopped by a contradiction.
     StoppedWrongly,
     /// Wrong, with a doubt or a contradiction.
@@ -36,6 +38,7 @@ impl Class {
             Self::Right => "right",
             Self::WithinSigma => "within its deviation",
             Self::SigmaTooSmall => "right, σ too small",
+            Self::NotListed => "a reflector below the listed levels",
             Self::StoppedWrongly => "stopped wrongly",
             Self::Doubted => "doubted",
             Self::Refused => "refused",
@@ -60,6 +63,9 @@ pub struct Judged {
 
 /// Farther than this from a reflector a target is another (m).
 const SAME_M: f64 = 1.0;
+/// A reflector's image is looked for about its place (m), down to this far below the levels that are listed (dB).
+const ABOUT_M: f64 = 0.3;
+const FAINT_DB: f64 = 6.0;
 /// Range resolution of the band (m), and wavelength of its middle.
 const RANGE_CELL_M: f64 = 0.088;
 const WAVELENGTH_M: f64 = 0.0759;
@@ -101,7 +107,8 @@ pub fn judged(
     let track = outcome.prepared.first();
     let sigma_s = track.search.as_ref().map_or(0.0, |s| s.estimate.sigma_s);
     let record = TargetsRecord::of(&outcome);
-    let shown = Shown::of(flight, &record.targets);
+    let is_faint = |place_m: &[f64; 3]| is_faint(&outcome, *place_m);
+    let shown = Shown::of(flight, &record.targets, is_faint);
     let evidence = &outcome.evidence;
     let doubts: Vec<String> = evidence
         .findings()
@@ -112,7 +119,9 @@ pub fn judged(
     let is_stopped = evidence.worst() == Some(Verdict::Contradicts);
     let class = match shown.class {
         Class::Silent if !doubts.is_empty() => Class::Doubted,
-        Class::Right | Class::WithinSigma | Class::SigmaTooSmall if is_stopped => {
+        Class::Right | Class::WithinSigma | Class::SigmaTooSmall | Class::NotListed
+            if is_stopped =>
+        {
             Class::StoppedWrongly
         }
         // A scene without a reflector whose image is doubted shows nothing that anybody trusts.
@@ -126,6 +135,22 @@ pub fn judged(
     }
 }
 
+/// Whether the image shows something at a place, fainter than the levels that are listed.
+fn is_faint(outcome: &Outcome, place_m: [f64; 3]) -> bool {
+    let focused = &outcome.focused;
+    let (mut strongest, mut here) = (0_f32, 0_f32);
+    for (k, value) in focused.image.iter().enumerate() {
+        let at = focused.pixels.place_m(k);
+        strongest = strongest.max(value.norm());
+        if (at[0] - place_m[0]).hypot(at[1] - place_m[1]) < ABOUT_M {
+            here = here.max(value.norm());
+        }
+    }
+    let below_db =
+        outcome.campaign.measure.threshold_db - 20.0 * f64::from(here / strongest).log10();
+    (0.0..FAINT_DB).contains(&below_db)
+}
+
 /// What the image shows, whatever is said of it.
 struct Shown {
     class: Class,
@@ -134,7 +159,11 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(flight: &RandomFlight, targets: &[TargetRecord<'_>]) -> Self {
+    fn of(
+        flight: &RandomFlight,
+        targets: &[TargetRecord<'_>],
+        is_faint: impl Fn(&[f64; 3]) -> bool,
+    ) -> Self {
         let is_clutter = |t: &TargetRecord<'_>| {
             flight.clutter_m.is_some_and(|[west, east, south, north]| {
                 (west..=east).contains(&t.target.x_m) && (south..=north).contains(&t.target.y_m)
@@ -163,8 +192,13 @@ impl Shown {
                 |t: &TargetRecord<'_>| (t.target.x_m - place_m[0]).hypot(t.target.y_m - place_m[1]);
             let nearest = others.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
             let Some(nearest) = nearest.filter(|t| away(t) < SAME_M) else {
-                class = Class::Silent;
-                details.push("not seen".to_owned());
+                if is_faint(place_m) {
+                    class = class.max(Class::NotListed);
+                    details.push("below the listed levels".to_owned());
+                } else {
+                    class = Class::Silent;
+                    details.push("not seen".to_owned());
+                }
                 continue;
             };
             strongest_db = strongest_db.max(nearest.target.level_db);
@@ -189,6 +223,7 @@ impl Shown {
         }
         class = match (class, within_cells, within_sigmas) {
             (Class::Silent, _, _) | (_, false, false) => Class::Silent,
+            (Class::NotListed, _, _) => Class::NotListed,
             (_, true, true) => Class::Right,
             (_, false, true) => Class::WithinSigma,
             (_, true, false) => Class::SigmaTooSmall,

@@ -20,9 +20,10 @@ use std::ops::RangeInclusive;
 use flight::RandomFlight;
 use judge::{Class, Errors, Judged};
 use page::Page;
+use path::{SHAPES, Shape};
 
 /// Flights of the page, and of the quick draw.
-const WHOLE: RangeInclusive<u64> = 1..=24;
+const WHOLE: RangeInclusive<u64> = 421..=620;
 const QUICK: RangeInclusive<u64> = 3..=12;
 
 /// Simulates and processes the flights of some seeds.
@@ -87,7 +88,9 @@ fn coverage(flights: &[(u64, String, Judged)]) -> String {
     )
 }
 
-fn counts(flights: &[(u64, String, Judged)]) -> BTreeMap<Class, usize> {
+fn counts<'a>(
+    flights: impl IntoIterator<Item = &'a (u64, String, Judged)>,
+) -> BTreeMap<Class, usize> {
     let mut counts = BTreeMap::new();
     for (_, _, judged) in flights {
         *counts.entry(judged.class).or_default() += 1;
@@ -100,6 +103,37 @@ fn in_words(counts: &BTreeMap<Class, usize>) -> String {
         .iter()
         .map(|(class, count)| format!("{count} {}", class.word()));
     each.collect::<Vec<_>>().join(", ")
+}
+
+/// Counts of the outcomes, a row a shape.
+fn by_shape(flights: &[(u64, String, Judged)]) -> String {
+    let mut table = String::from("| shape | flights | outcomes |\n| --- | --- | --- |\n");
+    for shape in SHAPES.map(Shape::name) {
+        let of_shape: Vec<&(u64, String, Judged)> = flights
+            .iter()
+            .filter(|(_, what, _)| what.starts_with(shape))
+            .collect();
+        let words = in_words(&counts(of_shape.iter().copied()));
+        let _ = writeln!(table, "| {shape} | {} | {words} |", of_shape.len());
+    }
+    table
+}
+
+/// Every flight whose outcome is not right, a row each.
+fn not_right(flights: &[(u64, String, Judged)]) -> String {
+    let mut table =
+        String::from("| seed | flight | offset | outcome |\n| --- | --- | --- | --- |\n");
+    let others = flights
+        .iter()
+        .filter(|(_, _, judged)| judged.class != Class::Right);
+    for (seed, what, judged) in others {
+        let offset = judged.offset_s.map_or(String::new(), |[off_s, sigma_s]| {
+            format!("{:+.1} ± {:.1} ms", 1e3 * off_s, 1e3 * sigma_s)
+        });
+        let word = judged.class.word();
+        let _ = writeln!(table, "| {seed} | {what} | {offset} | {word} |");
+    }
+    table
 }
 
 #[test]
@@ -127,21 +161,10 @@ fn random_flights() {
     let coverage = coverage(&flights);
     println!("{words}\n{coverage}");
     if asked.is_none() {
-        let mut table =
-            String::from("| seed | flight | offset | outcome |\n| --- | --- | --- | --- |\n");
-        for (seed, what, judged) in &flights {
-            let offset = judged.offset_s.map_or(String::new(), |[off_s, sigma_s]| {
-                format!("{:+.1} ± {:.1} ms", 1e3 * off_s, 1e3 * sigma_s)
-            });
-            let _ = writeln!(
-                table,
-                "| {seed} | {what} | {offset} | {} |",
-                judged.class.word()
-            );
-        }
         let mut page = Page::open("right-settings.md");
         page.block("counts", &format!("{words}.\n\n{coverage}"));
-        page.block("flights", &table);
+        page.block("shapes", &by_shape(&flights));
+        page.block("flights", &not_right(&flights));
         page.close();
     }
     assert_eq!(counts(&flights).get(&Class::Silent), None, "{words}");
