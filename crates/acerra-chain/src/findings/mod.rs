@@ -32,6 +32,7 @@ mod preferred;
 mod radar;
 mod range_focus;
 mod reach;
+mod residue;
 mod side;
 mod spacing;
 mod strongest;
@@ -43,7 +44,8 @@ mod unchecked;
 mod wander;
 
 pub use autofocus::weigh_autofocus;
-pub use targets::{exceed_clutter, separate_residues, weigh_targets};
+pub use residue::separate_residues;
+pub use targets::{exceed_clutter, weigh_targets};
 pub use unchecked::{Unchecked, weigh_unchecked};
 
 pub use crate::journal::evidence::Evidence;

@@ -17,52 +17,18 @@ const FLOOR_DB: f64 = -6.0;
 const MOST: usize = 6;
 /// A target whose sidelobes hold more than its main lobe (dB) has lost half of its power to them.
 const HALF_DB: f64 = 0.0;
-/// A target whose sidelobes hold this much more than the flight itself gives a point (dB) has lost half of its power
-/// where the flight spreads a point as widely.
-const TWICE_DB: f64 = 3.0;
+/// The energy of sidelobes that the flight itself gives a point (dB) up to which a target may be judged.
+const JUDGED_DB: f64 = -3.0;
 
 /// Level of a target relative to its predicted response (dB).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
+struct Seen {
     /// Highest sidelobe.
     peak_db: f64,
     /// Energy of the sidelobes over that of the main lobe.
     energy_db: f64,
     /// Predicted energy of the sidelobes over that of the main lobe.
     predicted_db: f64,
-}
-
-impl Seen {
-    /// A target beside the response of the flight to a point at the same place; `None` where the target has no
-    /// sidelobes inside the image.
-    pub(super) fn of(spread: &PointSpread, target: &Target) -> Option<Self> {
-        let (peak_db, energy_db) = (target.pslr_db?, target.islr_db?);
-        let place_m = [target.x_m, target.y_m, target.z_m];
-        let predicted = Analysis::of(spread, place_m, target.z_m).ok()?;
-        Some(Self {
-            peak_db,
-            energy_db,
-            predicted_db: predicted.islr_db?,
-        })
-    }
-
-    /// By how much the energy of the sidelobes exceeds that of a target in focus (dB).
-    fn excess_db(&self) -> f64 {
-        self.energy_db - HALF_DB.max(self.predicted_db + TWICE_DB)
-    }
-
-    /// Whether the sidelobes hold more energy than those of a target in focus.
-    pub(super) fn is_out_of_focus(&self) -> bool {
-        self.excess_db() > 0.0
-    }
-}
-
-/// The response of a flight to points, with the weights of the image.
-pub(super) fn point_spread(prepared: &Prepared, focused: &Focused) -> Option<PointSpread> {
-    let echoes = prepared.echoes();
-    let weight = echoes.weights(focused.options.weight);
-    let pulses = echoes.pulses(&weight).ok()?;
-    Some(PointSpread::of(&pulses))
 }
 
 /// Judges the focus of an image by its strongest targets; no finding where no target has sidelobes inside the
@@ -72,10 +38,23 @@ pub(super) fn weigh(prepared: &Prepared, focused: &Focused, targets: &[Target]) 
     if focused.underground.is_some() || focused.projections.is_some() || !is_adjoint {
         return None;
     }
-    let spread = point_spread(prepared, focused)?;
+    let echoes = prepared.echoes();
+    let weight = echoes.weights(focused.options.weight);
+    let spread = PointSpread::of(&echoes.pulses(&weight).ok()?);
     let strong = targets.iter().filter(|t| t.level_db >= FLOOR_DB).take(MOST);
     let seen: Vec<Seen> = strong
-        .filter_map(|target| Seen::of(&spread, target))
+        .filter_map(|target| {
+            let (peak_db, energy_db) = (target.pslr_db?, target.islr_db?);
+            let place_m = [target.x_m, target.y_m, target.z_m];
+            let predicted = Analysis::of(&spread, place_m, target.z_m).ok()?;
+            let predicted_db = predicted.islr_db?;
+            let seen = Seen {
+                peak_db,
+                energy_db,
+                predicted_db,
+            };
+            (predicted_db <= JUDGED_DB).then_some(seen)
+        })
         .collect();
     target_focus(&seen)
 }
@@ -83,8 +62,8 @@ pub(super) fn weigh(prepared: &Prepared, focused: &Focused, targets: &[Target]) 
 fn target_focus(seen: &[Seen]) -> Option<Finding> {
     let best = seen
         .iter()
-        .min_by(|a, b| a.excess_db().total_cmp(&b.excess_db()))?;
-    let verdict = if best.is_out_of_focus() {
+        .min_by(|a, b| a.energy_db.total_cmp(&b.energy_db))?;
+    let verdict = if best.energy_db > HALF_DB {
         Verdict::Doubtful
     } else {
         Verdict::Agrees

@@ -39,5 +39,6 @@ pub use measure::{Measurement, measure_targets, measure_targets_in};
 pub use options::MeasureOptions;
 pub use shape::measure_shape;
 pub use statistics::ImageStatistics;
+pub use surroundings::highest_power_by_chance;
 pub use target::{AcrossTrack, AlongTrack, Ghost, Shape, Target};
 pub use track::LocalTrack;

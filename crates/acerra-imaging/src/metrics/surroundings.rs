@@ -136,9 +136,7 @@ impl<'a> Surroundings<'a> {
 const IMAGE_SAMPLES: usize = 1 << 18;
 
 /// Expected amplitude of the highest pixel of an image of clutter and noise alone, plus 3 dB: an image whose
-/// maximum is lower holds no focused target. The power of the highest of N cells is that of the upper
-/// quartile plus ln(N/4) of the exponential tail, whose scale is the quartile's distance from the median over
-/// ln 2; likewise where each pixel is itself the highest of a column.
+/// maximum is lower holds no focused target.
 pub(super) fn highest_by_chance(image: &ImageView<'_>, cell_m: [f64; 2]) -> f64 {
     let grid = image.grid();
     let cells = grid.len() as f64 * grid.pixel_m.powi(2) / (cell_m[0] * cell_m[1]);
@@ -146,6 +144,23 @@ pub(super) fn highest_by_chance(image: &ImageView<'_>, cell_m: [f64; 2]) -> f64 
     let stride = (image.values().len() / IMAGE_SAMPLES) | 1;
     let values = image.values().iter().step_by(stride);
     let mut power: Vec<f64> = values.map(|v| f64::from(v.norm_sqr())).collect();
+    highest_power_by_chance(&mut power, cells).sqrt()
+}
+
+/// Expected power of the highest of so many resolution `cells` of clutter and noise, plus 3 dB, from the power of some
+/// of their pixels, which are put in another order; 0 without pixels.
+///
+/// The power of the highest of N cells is that of the upper quartile plus ln(N/4) of the exponential tail, whose scale
+/// is the quartile's distance from the median over ln 2; likewise where each pixel is itself the highest of a column.
+///
+/// ```
+/// // Power of complex normal clutter of mean 1: the highest of 1000 cells has ln 1000 = 6.9.
+/// let mut power: Vec<f64> = (0..1000).map(|k| -((f64::from(k) + 0.5) / 1000.0).ln()).collect();
+/// let highest = acerra_imaging::metrics::highest_power_by_chance(&mut power, 1000.0);
+/// assert!((highest / 2.0 - 6.9).abs() < 0.1);
+/// ```
+#[must_use]
+pub fn highest_power_by_chance(power: &mut [f64], cells: f64) -> f64 {
     let mut quantile = |share: f64| {
         let at = (share * power.len().saturating_sub(1) as f64) as usize;
         if power.is_empty() {
@@ -155,7 +170,7 @@ pub(super) fn highest_by_chance(image: &ImageView<'_>, cell_m: [f64; 2]) -> f64 
     };
     let (median, quartile) = (quantile(0.5), quantile(0.75));
     let tail = (quartile - median) / LN_2;
-    (2.0 * (quartile + tail * (cells / 4.0).max(1.0).ln())).sqrt()
+    2.0 * (quartile + tail * (cells / 4.0).max(1.0).ln())
 }
 
 fn middle(values: &mut [f64]) -> f64 {
