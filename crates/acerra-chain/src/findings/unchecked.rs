@@ -42,7 +42,7 @@ pub fn weigh_unchecked(
         .incidence
         .is_some_and(|weight| weight.cosine_power > 0.0)
     {
-        settings.push(Setting::AntennaAxis);
+        settings.extend([Setting::AntennaAxis, Setting::AntennaPattern]);
     }
     if underground.is_some() {
         settings.push(Setting::Permittivity);
@@ -133,6 +133,12 @@ impl Setting {
                               change the weight by a cos² pattern by up to 1.5 dB at 45° of incidence \
                               ([image] antenna_cosine_power, antenna_axis). Recorded attitudes give it \
                               ([trajectory] file).",
+            },
+            Self::AntennaPattern => Unchecked {
+                setting: "antenna_cosine_power",
+                explanation: "no echo shows the antenna's pattern: a wrong power changes the levels of \
+                              targets off the antenna's axis, and which maxima are listed ([image] \
+                              antenna_cosine_power). The antenna's measured pattern determines it.",
             },
         }
     }

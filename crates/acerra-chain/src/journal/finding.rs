@@ -147,6 +147,8 @@ pub enum Setting {
     Axes,
     /// Axis of the antenna, from which its pattern counts.
     AntennaAxis,
+    /// Pattern of the antenna about its axis.
+    AntennaPattern,
     /// The permittivity of the ground below the surface.
     Permittivity,
 }
