@@ -203,12 +203,7 @@ fn files() -> Vec<File> {
         file(
             "ASCII grid",
             bytes(b"ncols 5000\nnrows 2000\nxllcorner 0\nyllcorner 0\ncellsize 1\n"),
-            |k| bytes_of_row(k),
-        ),
-        file(
-            "session.log, marks alone",
-            acerra_record::log::LOG_SIGNATURE,
-            |_| b"AcRf".to_vec(),
+            bytes_of_row,
         ),
     ]
 }
