@@ -14,7 +14,7 @@ use crate::input::{
 };
 use crate::observations::observation::ObservationData;
 use crate::observations::recorded::RecordedEpoch;
-use crate::observations::select::{SignalChoice, select_signals};
+use crate::observations::select::SignalChoice;
 use crate::orbits::navigation::Navigation;
 use crate::orbits::products::PreciseProducts;
 use crate::packed::{Counted, Unpacked, each_member};
@@ -339,8 +339,7 @@ fn rtcm_file(log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
     let choice = choice_of(&epochs);
     let mut collector = Collector::default();
     for (offset, epoch) in epochs {
-        let selected = select_signals(&epoch, &choice);
-        collector.epoch(selected, Place::Byte(offset), log.len() as u64)?;
+        collector.epoch(&epoch, &choice, Place::Byte(offset), log.len() as u64)?;
     }
     let mut data = ObservationData {
         station,
@@ -380,8 +379,8 @@ fn ubx_file(log: &[u8]) -> Result<GnssFile, ReadError> {
     } = read_ubx(log);
     let mut collector = Collector::default();
     for (offset, epoch) in epochs {
-        let selected = select_signals(&epoch, &SignalChoice::PerSatellite);
-        collector.epoch(selected, Place::Byte(offset), log.len() as u64)?;
+        let choice = SignalChoice::PerSatellite;
+        collector.epoch(&epoch, &choice, Place::Byte(offset), log.len() as u64)?;
     }
     for event in events {
         collector.event(event);
@@ -415,8 +414,7 @@ fn observations_of(
         }
         match record {
             ObservationRecord::Epoch(epoch) => {
-                let selected = select_signals(&epoch, &choice);
-                collector.epoch(selected, reader.place(), reader.read_bytes())?;
+                collector.epoch(&epoch, &choice, reader.place(), reader.read_bytes())?;
             }
             ObservationRecord::Event(event) => collector.event(event),
         }
