@@ -9,6 +9,14 @@ use crate::sample::{
     PositionSample, PositionSource, Recording, SourceKind,
 };
 
+/// Memory (bytes) that a position takes until the trajectory is made.
+const POSITION_BYTES: u64 = 800;
+/// Memory (bytes) that the positions of any log may take.
+const FREE_BYTES: u64 = 64 << 20;
+/// Memory of positions per byte of the log beyond that: a receiver's message has 80 bytes or more in a log that
+/// holds attitudes as well.
+const MOST_TIMES: u64 = 10;
+
 /// Collects the records of a reader.
 #[derive(Debug)]
 pub struct Collector {
@@ -133,6 +141,14 @@ impl Collector {
         };
         let count = source.samples.len();
         source.samples.push(sample);
+        let in_proportion = (FREE_BYTES + MOST_TIMES.saturating_mul(offset)) / POSITION_BYTES;
+        if count as u64 >= in_proportion {
+            return Err(LogError::Limit {
+                offset,
+                what: "positions in so short a log",
+                limit: in_proportion,
+            });
+        }
         self.limit(count, "positions", offset)
     }
 
@@ -271,5 +287,36 @@ impl Collector {
             bytes,
             remarks: self.remarks,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::{HeightDatum, Place, Stamp};
+
+    #[test]
+    fn positions_are_in_proportion_to_the_log() {
+        let place = Place::on_earth([47.0, 8.0, 400.0], HeightDatum::Ellipsoid).expect("a place");
+        let most = |offset: u64| {
+            let mut collector = Collector::new(LogFormat::Px4, 1_000_000);
+            let mut taken = 0;
+            let sample = PositionSample {
+                stamp: Stamp::Boot(1.0),
+                arrival_s: None,
+                place,
+                sigma_m: None,
+                velocity_m_s: None,
+                status: None,
+                satellites: None,
+            };
+            let origin = Origin::first("gps", SourceKind::Gnss);
+            while taken < 200_000 && collector.position(origin, Some(sample), offset).is_ok() {
+                taken += 1;
+            }
+            taken
+        };
+        assert_eq!(most(0), (64 << 20) / 800);
+        assert_eq!(most(200_000 * 80), 200_000);
     }
 }

@@ -1,5 +1,6 @@
 //! Reading any file that holds observations or navigation data.
 
+use std::collections::BTreeSet;
 use std::io::{BufReader, Cursor, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +14,7 @@ use crate::input::{
 };
 use crate::observations::observation::ObservationData;
 use crate::observations::recorded::RecordedEpoch;
-use crate::observations::select::{SignalChoice, select_signals};
+use crate::observations::select::SignalChoice;
 use crate::orbits::navigation::Navigation;
 use crate::orbits::products::PreciseProducts;
 use crate::packed::{Counted, Unpacked, each_member};
@@ -292,7 +293,7 @@ fn binary_file(kind: FileKind, log: &[u8], hints: &RtcmHints) -> Result<GnssFile
     if kind == FileKind::Rtcm3 {
         return rtcm_file(log, hints);
     }
-    let ubx = ubx_file(log);
+    let ubx = ubx_file(log)?;
     if observes(&ubx) {
         return Ok(ubx);
     }
@@ -337,8 +338,8 @@ fn rtcm_file(log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
     }
     let choice = choice_of(&epochs);
     let mut collector = Collector::default();
-    for (offset, epoch) in &epochs {
-        collector.epoch(select_signals(epoch, &choice), Place::Byte(*offset));
+    for (offset, epoch) in epochs {
+        collector.epoch(&epoch, &choice, Place::Byte(offset), log.len() as u64)?;
     }
     let mut data = ObservationData {
         station,
@@ -356,7 +357,7 @@ fn rtcm_file(log: &[u8], hints: &RtcmHints) -> Result<GnssFile, ReadError> {
 
 /// The choice of signals for a RINEX 3 file of these epochs.
 fn choice_of(epochs: &[(u64, RecordedEpoch)]) -> SignalChoice {
-    let mut listed: Vec<_> = epochs
+    let listed: BTreeSet<_> = epochs
         .iter()
         .flat_map(|(_, epoch)| &epoch.satellites)
         .flat_map(|s| {
@@ -365,12 +366,10 @@ fn choice_of(epochs: &[(u64, RecordedEpoch)]) -> SignalChoice {
                 .map(|signal| (s.satellite.system(), signal.code))
         })
         .collect();
-    listed.sort_unstable();
-    listed.dedup();
     SignalChoice::per_file(listed)
 }
 
-fn ubx_file(log: &[u8]) -> GnssFile {
+fn ubx_file(log: &[u8]) -> Result<GnssFile, ReadError> {
     let UbxLog {
         epochs,
         events,
@@ -380,10 +379,8 @@ fn ubx_file(log: &[u8]) -> GnssFile {
     } = read_ubx(log);
     let mut collector = Collector::default();
     for (offset, epoch) in epochs {
-        collector.epoch(
-            select_signals(&epoch, &SignalChoice::PerSatellite),
-            Place::Byte(offset),
-        );
+        let choice = SignalChoice::PerSatellite;
+        collector.epoch(&epoch, &choice, Place::Byte(offset), log.len() as u64)?;
     }
     for event in events {
         collector.event(event);
@@ -393,12 +390,12 @@ fn ubx_file(log: &[u8]) -> GnssFile {
         ..ObservationData::default()
     };
     collector.finish(&mut data, &mut report);
-    GnssFile {
+    Ok(GnssFile {
         kind: FileKind::Ubx,
         observations: Some(data),
         navigation: Some(navigation),
         report,
-    }
+    })
 }
 
 fn observations_of(
@@ -417,7 +414,7 @@ fn observations_of(
         }
         match record {
             ObservationRecord::Epoch(epoch) => {
-                collector.epoch(select_signals(&epoch, &choice), reader.place());
+                collector.epoch(&epoch, &choice, reader.place(), reader.read_bytes())?;
             }
             ObservationRecord::Event(event) => collector.event(event),
         }

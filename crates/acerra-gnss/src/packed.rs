@@ -1,6 +1,6 @@
 //! Packed files: gzip, UNIX `compress`, and zip archives of services and receivers.
 
-use std::io::{Cursor, Error, ErrorKind, Read};
+use std::io::{Cursor, Error, ErrorKind, Read, Seek, SeekFrom};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -41,6 +41,12 @@ impl<R: Read> Read for Counted<R> {
         let taken = self.inner.read(buffer)?;
         self.packed.fetch_add(taken as u64, Ordering::Relaxed);
         Ok(taken)
+    }
+}
+
+impl<R: Seek> Seek for Counted<R> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.inner.seek(to)
     }
 }
 
@@ -99,16 +105,46 @@ pub(crate) fn each_member(
     let broken = |e: zip::result::ZipError| ReadError::Archive {
         problem: e.to_string(),
     };
-    let mut zip = ZipArchive::new(Cursor::new(archive)).map_err(broken)?;
+    let counted = Counted::new(Cursor::new(archive));
+    let packed = counted.packed();
+    let mut zip = ZipArchive::new(counted).map_err(broken)?;
     for index in 0..zip.len().min(MAX_MEMBERS) {
         let member = zip.by_index(index).map_err(broken)?;
         let name = member.name().map_err(broken)?.into_owned();
         if member.is_dir() || name.starts_with("__MACOSX/") {
             continue;
         }
-        let packed = member.compressed_size().min(archive.len() as u64);
-        let mut content = Unpacked::new(member, Arc::new(AtomicU64::new(packed)), Arc::default());
+        // The share that is read so far, whatever size the archive states.
+        packed.store(0, Ordering::Relaxed);
+        let mut content = Unpacked::new(member, Arc::clone(&packed), Arc::default());
         take(name, &mut content)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    /// The ratio is that of the share read so far: an archive of some megabytes is refused as soon as one of some kilobytes.
+    #[test]
+    fn an_archive_that_unpacks_without_end_is_refused_early() {
+        let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        let options = zip::write::SimpleFileOptions::default();
+        writer.start_file("a.obs", options).expect("a member");
+        for _ in 0..64 {
+            writer.write_all(&[b'1'; 1 << 20]).expect("a block");
+        }
+        let archive = writer.finish().expect("an archive").into_inner();
+        let mut unpacked = Vec::new();
+        each_member(&archive, |_, content| {
+            let error = content.read_to_end(&mut unpacked).expect_err("too much");
+            assert!(error.to_string().contains("more than 16 times"), "{error}");
+            Ok(())
+        })
+        .expect("a whole archive");
+        assert!(unpacked.len() < 18 << 20, "{}", unpacked.len());
+    }
 }

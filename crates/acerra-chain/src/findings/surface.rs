@@ -1,6 +1,6 @@
 //! Findings on the surface echo that follows the height of the flight.
 
-use acerra_radar::clean::{SurfaceOptions, track_surface};
+use acerra_radar::clean::{SurfaceOptions, SurfacePick, track_surface};
 
 use super::grid::LIGHT_SPEED_M_S;
 use super::median::median;
@@ -87,6 +87,7 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
     options.search_s = SEARCH_S;
     let echo = track_surface(&traces.raw, &height_m, &options).ok()?;
     let two_way_s = |height_m: f64| 2.0 * height_m / prepared.scene.light_speed_m_s;
+    let absent = ground.is_uneven() && is_absent(&echo.picks);
     let (position, residual_ns): (Vec<f64>, Vec<f64>) = echo
         .picks
         .iter()
@@ -110,6 +111,7 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
         shape_ns: (ground.is_uneven())
             .then(|| shape(&residual_ns, level_ns))
             .flatten(),
+        is_absent: absent,
         level_ns,
         spread_ns,
         expected_spread_ns,
@@ -123,6 +125,25 @@ fn surface_seen(prepared: &Prepared, track: &Track) -> Option<SurfaceSeen> {
 /// of each.
 const STRETCHES: usize = 12;
 const STRETCH_PICKS: usize = 8;
+
+/// Share of the usual level of the surface echo below which a pick shows none: 12 dB.
+const ABSENT_LEVEL: f64 = 0.25;
+
+/// Whether over one stretch of the flight most picks have no surface echo: a terrain that is off by more than
+/// the echo is followed leaves noise at the fast times that the terrain gives.
+fn is_absent(picks: &[Option<SurfacePick>]) -> bool {
+    let levels: Vec<f64> = picks.iter().flatten().map(|pick| pick.level).collect();
+    let Some(usual) = median(levels.iter().copied()) else {
+        return false;
+    };
+    let size = levels.len().div_ceil(STRETCHES).max(STRETCH_PICKS);
+    levels.chunks(size).any(|stretch| {
+        let absent = stretch
+            .iter()
+            .filter(|level| **level < ABSENT_LEVEL * usual);
+        2 * stretch.len() > size && 2 * absent.count() > stretch.len()
+    })
+}
 
 /// The median of the stretch that is farthest from the level, less the level (ns).
 fn shape(residual_ns: &[f64], level_ns: f64) -> Option<f64> {
@@ -168,6 +189,8 @@ struct SurfaceSeen {
     pub drift_sigma_ns: f64,
     /// Of uneven ground: the median of the stretch whose echo is farthest from the level, less the level (ns).
     pub shape_ns: Option<f64>,
+    /// Whether a stretch of uneven ground has no echo where the terrain puts one.
+    pub is_absent: bool,
     /// Whether fast time was calibrated (stated) rather than set by this echo.
     pub is_calibrated: bool,
 }
@@ -179,6 +202,10 @@ const GROUND_ROUGHNESS_NS: f64 = 0.33;
 /// the plane, 3 cm, of which the roughness is no part any more, and the echo's own delay, a tenth of
 /// the pulse's length of 1 ns.
 pub(super) const MEAN_LEVEL_NS: f64 = 0.22;
+
+/// Deviations of the ground's mean level from which a stated delay is doubted: 0.44 ns or 7 cm of height, which move
+/// targets to the side of a high flight by decimetres and are not seen in the image.
+const LEVEL_SIGMAS: f64 = 2.0;
 
 /// Judges the surface echo: its level where fast time is calibrated, its spread and its drift.
 ///
@@ -195,8 +222,12 @@ fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
             Some(_) => level_sigma_ns,
             None => spread_sigma_ns.hypot(0.3),
         };
+        let mut finding = Finding::compared("surface_delay", seen.level_ns, 0.0, sigma_ns, "ns");
+        if seen.level_ns.abs() > LEVEL_SIGMAS * level_sigma_ns {
+            finding.verdict = finding.verdict.max(Verdict::Doubtful);
+        }
         findings.push(
-            Finding::compared("surface_delay", seen.level_ns, 0.0, sigma_ns, "ns")
+            finding
                 .checking(Setting::Heights)
                 .because(format!(
                     "the surface echo comes {:+.2} ns after 2h/c: {:+.2} m of range ([radar] \
@@ -217,6 +248,16 @@ fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
                      bushes and roofs rather than the ground; [image] terrain, terrain_crs)",
                     -0.5e-9 * shape_ns * LIGHT_SPEED_M_S
                 )),
+        );
+    }
+    if seen.is_absent {
+        findings.push(
+            Finding::judged("surface_absent", 1.0, "stretch", Verdict::Doubtful)
+                .expecting(0.0)
+                .because(
+                    "over one stretch of the flight no surface echo comes when the terrain lets one expect it (a \
+                     raster displaced, or of bushes and roofs rather than the ground; [image] terrain, terrain_crs)",
+                ),
         );
     }
     let verdict = match seen.spread_ns / spread_sigma_ns {
@@ -259,6 +300,7 @@ mod tests {
             drift_ns: 0.05,
             drift_sigma_ns: 0.1,
             shape_ns: None,
+            is_absent: false,
             is_calibrated: true,
         }
     }
@@ -318,6 +360,31 @@ mod tests {
         // A datum 0.15 m off; 0.15 m of shape along the track.
         assert_eq!(over(1.0, 0.4), [Verdict::Doubtful, Verdict::Agrees]);
         assert_eq!(over(0.3, -1.0), [Verdict::Agrees, Verdict::Doubtful]);
+    }
+
+    #[test]
+    fn a_stated_delay_off_by_seven_centimetres_is_doubtful() {
+        let off = |level_ns| verdicts(SurfaceSeen { level_ns, ..seen() })[0].1;
+        assert_eq!(off(0.4), Verdict::Agrees);
+        assert_eq!(off(-0.5), Verdict::Doubtful);
+    }
+
+    /// A bush of the raster over 30 of 300 traces: the echo of the ground is not where the raster puts it.
+    #[test]
+    fn a_stretch_without_an_echo_is_absent() {
+        let picks = |bush: std::ops::Range<usize>| -> Vec<Option<SurfacePick>> {
+            let level = |k: usize| if bush.contains(&k) { 40.0 } else { 1_000.0 };
+            let pick = |k| SurfacePick {
+                fast_time_s: 30e-9,
+                level: level(k),
+            };
+            (0..300).map(|k| Some(pick(k))).collect()
+        };
+        assert!(!is_absent(&picks(0..0)));
+        // Single traces without an echo are no stretch.
+        assert!(!is_absent(&picks(100..110)));
+        assert!(is_absent(&picks(100..140)));
+        assert!(!is_absent(&[None, None]));
     }
 
     #[test]

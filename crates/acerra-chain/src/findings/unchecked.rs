@@ -7,7 +7,7 @@ use crate::focus::underground::Underground;
 use crate::journal::evidence::Evidence;
 use crate::journal::finding::{Finding, Setting};
 use crate::position::Positions;
-use crate::prepare::Prepared;
+use crate::prepare::{Prepared, Track};
 
 /// The settings that neither a finding of a run nor a surveyed point (`surveyed`) checks, of an image made with `options`
 /// above or below the surface of the ground. Spectra are taken as they come, and so are positions in the radar's own file.
@@ -51,6 +51,11 @@ pub fn weigh_unchecked(
     if evidence.findings().iter().any(is_of_base) {
         settings.push(Setting::Base);
     }
+    let is_surveyed = surveyed.contains(&Setting::Heights);
+    let mut tracks = prepared.tracks.iter();
+    if prepared.scene.ground.is_uneven() && !is_surveyed && tracks.any(Track::has_zero_by_surface) {
+        settings.push(Setting::Datum);
+    }
     settings.retain(|setting| !surveyed.contains(setting));
     unchecked(&settings, evidence.findings())
 }
@@ -91,6 +96,14 @@ impl Setting {
                               moves and blurs targets ([image] z_m, [trajectory] origin_deg_m, lever_arm_m \
                               up, height). A reflector at a surveyed place determines it (acerra calibrate, \
                               [measure] survey).",
+            },
+            Self::Datum => Unchecked {
+                setting: "datum of the terrain",
+                explanation: "the fast time of range zero was found by the surface echo over the heights of the \
+                              terrain: an error that is common to these heights (sea level for the ellipsoid, \
+                              another geoid) is taken up by the delay, and moves targets by about as much and \
+                              more ([image] terrain, geoid_height_m). A stated [radar] delay_ns, of acerra \
+                              calibrate or of the instrument, or a reflector at a surveyed place shows it.",
             },
             Self::LeverArmForward => Unchecked {
                 setting: "lever_arm_m forward",

@@ -137,6 +137,8 @@ pub enum Setting {
     /// The heights, lever arm up included: a check of the heights checks the delay as well, except for the
     /// direct coupling.
     Heights,
+    /// The datum of a terrain's heights, where the delay was found over these heights.
+    Datum,
     /// The lever arm along the nose of the platform.
     LeverArmForward,
     /// The lever arm across it.

@@ -41,6 +41,33 @@ pub(super) enum Axes {
     Local(Frame),
 }
 
+/// Memory (bytes) that the positions of any text may take.
+const FREE_BYTES: u64 = 64 << 20;
+/// Memory of positions per byte of text beyond that: a row with a time and three coordinates to the millimetre
+/// takes less.
+const MOST_TIMES: u64 = 10;
+
+/// Whether so many positions of `bytes_each` in memory are in proportion to the text read up to `line`.
+///
+/// # Errors
+/// [`ReadError::Limit`] where rows of a few bytes would take many times the text's length.
+pub(super) fn in_proportion(
+    positions: usize,
+    bytes_each: usize,
+    line: u64,
+    read_bytes: u64,
+) -> Result<(), ReadError> {
+    let most = (FREE_BYTES + MOST_TIMES * read_bytes) / bytes_each as u64;
+    if positions as u64 <= most {
+        return Ok(());
+    }
+    Err(ReadError::Limit {
+        line,
+        what: "positions in so short a text",
+        limit: usize::try_from(most).unwrap_or(usize::MAX),
+    })
+}
+
 /// Steps of the last digit above this (m) err more by rounding than carrier phase does.
 const COARSE_M: f64 = 0.02;
 
@@ -71,8 +98,8 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// Takes a record with a position.
-    pub fn push(&mut self, record: Record) -> Result<(), ReadError> {
+    /// Takes a record with a position, of a text of which `read_bytes` are read.
+    pub fn push(&mut self, record: Record, read_bytes: u64) -> Result<(), ReadError> {
         if self.records.len() >= self.options.max_fixes {
             return Err(ReadError::Limit {
                 line: record.line,
@@ -80,6 +107,8 @@ impl<'a> Assembler<'a> {
                 limit: self.options.max_fixes,
             });
         }
+        let count = self.records.len() + 1;
+        in_proportion(count, size_of::<Record>(), record.line, read_bytes)?;
         self.report.records += 1;
         self.records.push(record);
         Ok(())
@@ -263,11 +292,12 @@ mod tests {
         let mut a = Assembler::new(&options, ReadReport::new(TrajectoryFormat::Csv));
         for (i, &t) in times.iter().enumerate() {
             let fix = Fix::new(0.0, [i as f64, 0.0, 0.0]);
-            a.push(Record {
+            let record = Record {
                 line: i as u64 + 2,
                 stamp: Stamp::Seconds(t),
                 fix,
-            })?;
+            };
+            a.push(record, 0)?;
         }
         a.finish(
             &Axes::Local(Frame::Local),
@@ -294,6 +324,36 @@ mod tests {
         assert!(report.reversed && report.skipped.is_empty());
         assert_eq!(track.fixes()[0].position_m[0], 3.0);
         Ok(())
+    }
+
+    /// Rows of eight bytes would take forty times the text.
+    #[test]
+    fn positions_are_in_proportion_to_the_text() {
+        let mut text = String::from("t,x,y,z\n");
+        for k in 0..400_000 {
+            text.push_str(&format!("{},1,1,1\n", k % 10));
+        }
+        let read = |text: &str| {
+            crate::read::read_trajectory(text.as_bytes(), &ReadOptions::default()).expect_err("bad")
+        };
+        assert!(
+            matches!(
+                read(&text),
+                ReadError::Limit {
+                    limit: 200_000..400_000,
+                    ..
+                }
+            ),
+            "{}",
+            read(&text)
+        );
+        // Rows as loggers write them are refused for their times alone.
+        let text = text.replace(",1,1,1", ".000,1.000,1.000,1.000");
+        assert!(
+            matches!(read(&text), ReadError::MostlyBad { .. }),
+            "{}",
+            read(&text)
+        );
     }
 
     #[test]

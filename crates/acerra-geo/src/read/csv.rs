@@ -76,11 +76,12 @@ pub(super) fn read<R: BufRead>(
             return Err(line.malformed("the same kind of time as before", quoted(text)));
         }
         row.details(&mut fix)?;
-        all.push(Record {
+        let record = Record {
             line: line.number,
             stamp,
             fix,
-        })?;
+        };
+        all.push(record, line.read_bytes)?;
     }
     seen.assess(columns.as_ref(), &mut all)?;
     let ecef = columns.as_ref().is_some_and(|c| !c.has(Role::Local(0)));

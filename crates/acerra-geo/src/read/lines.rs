@@ -12,6 +12,7 @@ pub(super) struct Lines<R> {
     reader: R,
     buffer: Vec<u8>,
     number: u64,
+    read_bytes: u64,
     max_line_bytes: usize,
     ended: bool,
     end: LineEnd,
@@ -21,6 +22,8 @@ pub(super) struct Lines<R> {
 pub(super) struct Line<'a> {
     /// Number, from 1.
     pub number: u64,
+    /// Bytes of the text up to the end of this line.
+    pub read_bytes: u64,
     /// Text; bytes that are not UTF-8 are replaced.
     pub text: Cow<'a, str>,
     /// Whether it had an end of line: without one it is the last, and may be cut off.
@@ -33,6 +36,7 @@ impl<R: BufRead> Lines<R> {
             reader,
             buffer: Vec::new(),
             number: 0,
+            read_bytes: 0,
             max_line_bytes,
             ended: false,
             end: LineEnd::default(),
@@ -63,6 +67,7 @@ impl<R: BufRead> Lines<R> {
             }
             self.buffer.extend_from_slice(&chunk[piece.content]);
             self.ended = piece.ended;
+            self.read_bytes += piece.consumed as u64;
             self.reader.consume(piece.consumed);
         }
         if self.buffer.is_empty() && !self.ended {
@@ -75,6 +80,7 @@ impl<R: BufRead> Lines<R> {
         }
         Ok(Some(Line {
             number: self.number,
+            read_bytes: self.read_bytes,
             text: String::from_utf8_lossy(bytes),
             ended: self.ended,
         }))

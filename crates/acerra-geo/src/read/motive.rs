@@ -67,11 +67,12 @@ pub(super) fn read<R: BufRead>(
             let [x, y, z, w] = q;
             fix.attitude = Attitude::from_quaternion(w, x, -z, y);
         }
-        all.push(Record {
+        let record = Record {
             line: line.number,
             stamp: Stamp::Seconds(time_s),
             fix,
-        })?;
+        };
+        all.push(record, line.read_bytes)?;
     }
 
     if let Some(promised) = header

@@ -2,7 +2,7 @@
 
 use std::io::BufRead;
 
-use super::assemble::{Assembler, Axes, Record, Stamp};
+use super::assemble::{Assembler, Axes, Record, Stamp, in_proportion};
 use super::digits::{Digits, degrees_in_m};
 use super::lines::{Line, Lines};
 use super::{ReadError, ReadOptions, ReadReport, ReadWarning, SkipReason, TrajectoryFormat};
@@ -122,12 +122,16 @@ pub(super) fn read<R: BufRead>(
 ) -> Result<(Trajectory, ReadReport), ReadError> {
     let mut all = Assembler::new(options, ReadReport::new(TrajectoryFormat::Nmea));
     let mut log = Log::default();
+    let mut read_bytes = 0;
     while let Some(line) = lines.next()? {
         let mut parts = line.text.split('$');
         parts.next(); // Content before the first sentence: binary messages, a cut start.
         for part in parts {
             log.take(&line, part, &mut all)?;
         }
+        read_bytes = line.read_bytes;
+        let bytes_each = size_of::<Gga>() + size_of::<Record>();
+        in_proportion(log.positions.len(), bytes_each, line.number, read_bytes)?;
         if log.positions.len() > options.max_fixes {
             return Err(ReadError::Limit {
                 line: line.number,
@@ -144,7 +148,7 @@ pub(super) fn read<R: BufRead>(
             reason: "broken sentences or wrong checksums".to_owned(),
         });
     }
-    log.finish(&mut all)?;
+    log.finish(&mut all, read_bytes)?;
     all.finish(
         &Axes::Ecef { reference_m: None },
         TimeOrigin::UtcMidnight,
@@ -339,7 +343,7 @@ impl Log {
     }
 
     /// Hands the positions on, heights brought to the ellipsoid.
-    fn finish(mut self, all: &mut Assembler<'_>) -> Result<(), ReadError> {
+    fn finish(mut self, all: &mut Assembler<'_>, read_bytes: u64) -> Result<(), ReadError> {
         let dated = self.settled > 0;
         if self.positions.iter().any(|p| !p.is_gns) {
             self.positions.retain(|p| !p.is_gns);
@@ -385,11 +389,12 @@ impl Log {
             } else {
                 Stamp::Seconds(p.time_s)
             };
-            all.push(Record {
+            let record = Record {
                 line: p.line,
                 stamp,
                 fix,
-            })?;
+            };
+            all.push(record, read_bytes)?;
         }
         Ok(())
     }

@@ -73,11 +73,12 @@ pub(super) fn read<R: BufRead>(
             let (count, _) = bad_deviations.get_or_insert((0, line.number));
             *count += 1;
         }
-        all.push(Record {
+        let record = Record {
             line: line.number,
             stamp,
             fix,
-        })?;
+        };
+        all.push(record, line.read_bytes)?;
     }
 
     if let Some((count, first_line)) = bad_deviations {

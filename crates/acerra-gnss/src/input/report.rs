@@ -79,6 +79,8 @@ pub enum DropReason {
     NoWeek,
     /// Observations of a system for which the header declares no types.
     UndeclaredSystem(char),
+    /// An epoch all of whose observations are of signals that the processing does not use.
+    UnusedSignals,
     /// A signal that is not mapped to a RINEX observation code.
     UnknownSignal,
     /// A carrier phase that the receiver itself marks as not usable.
@@ -136,6 +138,7 @@ impl fmt::Display for DropReason {
             Self::UndeclaredSystem(letter) => {
                 write!(f, "no observation types declared for system {letter}")
             }
+            Self::UnusedSignals => f.write_str("epoch without a signal that is used"),
             Self::UnknownSignal => f.write_str("unknown signal"),
             Self::PhaseNotUsable => f.write_str("phase not usable"),
             Self::InvalidNavigationFrame => f.write_str("invalid navigation frame"),

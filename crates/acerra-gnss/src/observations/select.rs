@@ -77,6 +77,7 @@ pub fn select_signals(epoch: &RecordedEpoch, choice: &SignalChoice) -> Observati
         .filter(|s| s.signals.iter().any(Option::is_some))
         .collect();
     satellites.sort_by_key(|s| s.satellite);
+    satellites.shrink_to_fit();
     ObservationEpoch {
         time: epoch.time,
         satellites,

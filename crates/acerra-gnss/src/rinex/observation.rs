@@ -30,6 +30,8 @@ pub struct RinexObservations<S> {
     pending: bool,
     place: Place,
     header_changes: u64,
+    /// Bytes of the lines so far.
+    read_bytes: u64,
 }
 
 /// Outcome of reading a satellite's lines.
@@ -65,6 +67,7 @@ impl<S: LineSource> RinexObservations<S> {
             pending: false,
             place,
             header_changes: 0,
+            read_bytes: 0,
         })
     }
 
@@ -76,6 +79,11 @@ impl<S: LineSource> RinexObservations<S> {
     /// Place at which the record last returned began.
     pub fn place(&self) -> Place {
         self.place
+    }
+
+    /// Bytes of the body's lines that were read so far, as unpacked.
+    pub(crate) fn read_bytes(&self) -> u64 {
+        self.read_bytes
     }
 
     /// Number of changes of the header by the body so far.
@@ -150,7 +158,9 @@ impl<S: LineSource> RinexObservations<S> {
         if std::mem::take(&mut self.pending) {
             return Ok(true);
         }
-        self.source.advance()
+        let has_line = self.source.advance()?;
+        self.read_bytes += self.source.line().len() as u64;
+        Ok(has_line)
     }
 
     /// Reads the header in the middle of concatenated files, which then applies.

@@ -357,7 +357,10 @@ impl Reader {
     }
 
     fn close(&mut self) {
-        let Some(open) = self.open.take() else { return };
+        let Some(mut open) = self.open.take() else {
+            return;
+        };
+        open.epoch.satellites.shrink_to_fit();
         if open.more_follow {
             let place = Place::Byte(open.offset);
             self.out.report.drop_one(DropReason::IncompleteEpoch, place);

@@ -36,22 +36,6 @@ pub(super) fn date_of(
     stated: Option<GpsTime>,
     not_after: Option<GpsTime>,
 ) -> Option<(GpsTime, DateSource)> {
-    let frames = || {
-        pieces(log).filter_map(|piece| match piece {
-            Piece::Frame(frame) => Some(frame),
-            _ => None,
-        })
-    };
-    let dates = frames()
-        .filter(|f| f.number == 1013)
-        .filter_map(|f| station::date(f.payload));
-    if let Some(date) = median(dates.collect()) {
-        return Some((date, DateSource::SystemParameters));
-    }
-    let weeks = frames().filter_map(|f| full_date(f.number, f.payload));
-    if let Some(date) = median(weeks.collect()) {
-        return Some((date, DateSource::Ephemerides));
-    }
     // Of the weeks 1024 apart, the week nearest to the stated time is used, or else the last week before the
     // file was written.
     let (since, source) = match (stated, not_after) {
@@ -59,9 +43,23 @@ pub(super) fn date_of(
         (None, Some(t)) => (t.week() - 1023, DateSource::TenBitsAndFile),
         (None, None) => (FIRST_WEEK_OF_TEN_BITS, DateSource::TenBits),
     };
-    let weeks = frames().filter_map(|f| ten_bit_date(f.number, f.payload, since));
-    if let Some(date) = median(weeks.collect()) {
-        return Some((date, source));
+    let (mut dates, mut weeks, mut ten_bits) = (Vec::new(), Vec::new(), Vec::new());
+    for piece in pieces(log) {
+        let Piece::Frame(frame) = piece else { continue };
+        if frame.number == 1013 {
+            dates.extend(station::date(frame.payload));
+        }
+        weeks.extend(full_date(frame.number, frame.payload));
+        ten_bits.extend(ten_bit_date(frame.number, frame.payload, since));
+    }
+    for (times, source) in [
+        (dates, DateSource::SystemParameters),
+        (weeks, DateSource::Ephemerides),
+        (ten_bits, source),
+    ] {
+        if let Some(date) = median(times) {
+            return Some((date, source));
+        }
     }
     stated.map(|t| (t, DateSource::Stated))
 }

@@ -116,7 +116,8 @@ impl Reader {
             (class, id) => Err(DropReason::UnusedMessage { class, id }),
         };
         match epoch {
-            Ok(epoch) => {
+            Ok(mut epoch) => {
+                epoch.satellites.shrink_to_fit();
                 self.near = Some(epoch.time);
                 self.out.epochs.push((frame.offset as u64, epoch));
             }

@@ -22,6 +22,30 @@ pub const MOST_STRANGERS: usize = 16;
 /// the token.
 pub const MOST_KNOWN: usize = 64;
 
+/// Fewest connections with the token, however few descriptors the process may open: a page takes two.
+const FEWEST_KNOWN: usize = 8;
+
+/// Descriptors that are reserved for a recording in the same process and for the products made of it.
+const RESERVED_DESCRIPTORS: usize = 128;
+
+/// Most connections with the token for a process that may open so many descriptors.
+fn most_known(descriptors: usize) -> usize {
+    descriptors
+        .saturating_sub(RESERVED_DESCRIPTORS + MOST_STRANGERS)
+        .clamp(FEWEST_KNOWN, MOST_KNOWN)
+}
+
+/// Descriptors that this process may open.
+fn descriptor_limit() -> usize {
+    #[cfg(unix)]
+    let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
+    #[cfg(not(unix))]
+    let limit: Option<u64> = None;
+    limit.map_or(usize::MAX, |limit| {
+        usize::try_from(limit).unwrap_or(usize::MAX)
+    })
+}
+
 /// Numbers of the connections that have shown the token.
 type Known = Arc<Mutex<HashSet<u64>>>;
 
@@ -33,6 +57,7 @@ pub struct Connections {
     listener: TcpListener,
     strangers: Strangers,
     known: Known,
+    most_known: usize,
     accepted: u64,
 }
 
@@ -43,6 +68,7 @@ impl Connections {
             listener,
             strangers: Strangers::default(),
             known: Known::default(),
+            most_known: most_known(descriptor_limit()),
             accepted: 0,
         }
     }
@@ -54,13 +80,14 @@ pub struct Caller {
     number: u64,
     strangers: Strangers,
     known: Known,
+    most_known: usize,
 }
 
 impl Caller {
     /// Notes that the caller has shown the token: its connection stays as long as it likes, where not too many do.
     pub fn is_known(&self) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() < MOST_KNOWN && known.insert(self.number) {
+        if known.len() < self.most_known && known.insert(self.number) {
             forget(&self.strangers, self.number);
         }
     }
@@ -90,6 +117,7 @@ impl Listener for Connections {
             number: self.accepted,
             strangers: Arc::clone(&self.strangers),
             known: Arc::clone(&self.known),
+            most_known: self.most_known,
         };
         let mut strangers = self
             .strangers
@@ -130,6 +158,7 @@ impl Drop for Connection {
             number,
             strangers,
             known,
+            ..
         } = &self.caller;
         forget(strangers, *number);
         let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -181,5 +210,16 @@ impl AsyncWrite for Connection {
 
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn descriptors_are_left_to_a_recording() {
+        assert_eq!([1024, 180, 64].map(most_known), [64, 36, 8]);
+        assert_eq!(most_known(usize::MAX), MOST_KNOWN);
     }
 }
