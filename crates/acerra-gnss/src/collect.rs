@@ -9,8 +9,8 @@ use crate::observations::select::{SignalChoice, select_signals};
 
 /// Memory (bytes) that the epochs of any log may take.
 const FREE_BYTES: u64 = 64 << 20;
-/// Memory of epochs per byte of the log beyond that: pseudorange and phase of one signal in RINEX take seven.
-const MOST_TIMES: u64 = 8;
+/// Memory of epochs per byte of the log beyond that: the pseudorange alone of one signal in RINEX takes twelve.
+const MOST_TIMES: u64 = 12;
 
 /// Collects epochs and events in any order and returns [`ObservationData`] with its guarantees.
 #[derive(Debug, Default)]
