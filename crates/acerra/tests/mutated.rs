@@ -1,8 +1,8 @@
 //! Real files with bits changed, cut, spliced and with blocks repeated: each is read or refused, without a panic, within
-//! 5 s and 300 MB.
+//! 300 MB.
 //!
-//! `MUTATED_FILES=100000 cargo test --release -p acerra --test mutated -- --nocapture` tries as many and prints the
-//! slowest and the largest; `MUTATED_SEED` draws others.
+//! `MUTATED_FILES=100000 cargo test --release -p acerra --test mutated -- --nocapture` tries as many, each within 5 s, and
+//! prints the slowest and the largest; `MUTATED_SEED` draws others.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)] // a test that cannot go on has failed
 #![allow(clippy::print_stdout)] // figures, and why a test is skipped
@@ -156,6 +156,8 @@ fn mutated_real_files_are_read_or_refused() {
     let mut largest = (0, String::new());
     let mut kinds: BTreeMap<String, [u64; 2]> = BTreeMap::new();
     let mut failures = Vec::new();
+    // Beside other tests a time says little.
+    let is_measured = std::env::var_os("MUTATED_FILES").is_some();
     for k in 0..number("MUTATED_FILES", 200) {
         let mut random = Random(seed.wrapping_mul(1 << 32).wrapping_add(k));
         // Kinds are drawn alike, however many files there are of each.
@@ -186,7 +188,7 @@ fn mutated_real_files_are_read_or_refused() {
             Ok(is_read) => kinds.entry(kind.clone()).or_default()[usize::from(is_read)] += 1,
             Err(_) => failures.push(format!("{label}: panic")),
         }
-        if elapsed_s > LONGEST_S || memory_bytes > MOST_MEMORY_BYTES {
+        if (is_measured && elapsed_s > LONGEST_S) || memory_bytes > MOST_MEMORY_BYTES {
             failures.push(format!("{label}: {elapsed_s:.1} s, {memory_bytes} bytes"));
         }
         fs::remove_file(&mutated).unwrap();

@@ -4,7 +4,7 @@ use acerra_radar::{MovingOptions, moving_traces};
 
 use crate::choices::Select;
 
-/// Share of the traces at rest from which a platform counts as at rest for much of the time: traces recorded at one
+/// Share of the traces at rest from which a platform counts as at rest for a tenth of the time or more: traces recorded at one
 /// place add up to an arc with this share of the amplitude of a point, here −20 dB.
 const STANDING_SHARE: f64 = 0.1;
 /// Share of the moving traces that the longest moving interval must hold to represent all of them.
@@ -34,7 +34,7 @@ pub enum SelectError {
 pub struct Selection {
     /// Whether each trace of the log is selected.
     pub selected: Vec<bool>,
-    /// Whether the platform is at rest for much of the time, and the campaign left the choice to the data.
+    /// Whether the platform is at rest for a tenth of the time or more, and the campaign left the choice to the data.
     pub is_often_at_rest: bool,
 }
 

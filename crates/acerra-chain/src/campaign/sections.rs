@@ -65,7 +65,7 @@ pub struct RadarSection {
     #[serde(default)]
     pub delay_ns: Option<Delay>,
     /// The traces that enter background and image. By default the traces during which the platform moves,
-    /// where it is at rest for much of the time, else all.
+    /// where it is at rest for a tenth of the time or more, else all.
     #[serde(default)]
     pub select: Select,
 }
@@ -455,7 +455,7 @@ pub struct ImageSection {
     /// Parameters of `method`, each found by itself unless stated.
     #[serde(default)]
     pub inversion: InversionSection,
-    /// Weight of each trace. By default by path where the platform is at rest for much of the time, else
+    /// Weight of each trace. By default by path where the platform is at rest for a tenth of the time or more, else
     /// equal for all.
     #[serde(default)]
     pub weight: Weight,

@@ -34,7 +34,7 @@ impl<'de> Deserialize<'de> for Heights {
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Weight {
-    /// By path where the platform is at rest for much of the time, otherwise equal for every trace.
+    /// By path where the platform is at rest for a tenth of the time or more, otherwise equal for every trace.
     #[default]
     Auto,
     /// One for every trace: the paper's sum.

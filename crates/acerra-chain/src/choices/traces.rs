@@ -11,7 +11,7 @@ use super::parse::{LONGEST_NS, pair_within, single, word_or};
 #[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Select {
-    /// The traces during which the platform moves, where it is at rest for much of the time; every trace
+    /// The traces during which the platform moves, where it is at rest for a tenth of the time or more; every trace
     /// otherwise.
     #[default]
     Auto,

@@ -255,7 +255,7 @@ fn surface(seen: &SurfaceSeen) -> Vec<Finding> {
             Finding::judged("surface_absent", 1.0, "stretch", Verdict::Doubtful)
                 .expecting(0.0)
                 .because(
-                    "over one stretch of the flight no surface echo comes when the terrain lets one expect it (a \
+                    "over one stretch of the flight no surface echo is at the fast time that the terrain gives (a \
                      raster displaced, or of bushes and roofs rather than the ground; [image] terrain, terrain_crs)",
                 ),
         );

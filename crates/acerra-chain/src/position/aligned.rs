@@ -38,7 +38,7 @@ pub struct Aligned {
     pub path_m: Vec<f64>,
     /// The places of all traces of the log, with their sources.
     pub all: Vec<Interpolated>,
-    /// Whether a platform is at rest for much of the time, so that its traces are weighted by path by
+    /// Whether a platform is at rest for a tenth of the time or more, so that its traces are weighted by path by
     /// default.
     pub is_often_at_rest: bool,
     /// Heights by the radar, where these replace the positions' heights.
@@ -60,7 +60,7 @@ pub struct HeightsReplaced {
 }
 
 impl Aligned {
-    /// First and last moving trace of a platform that is at rest for much of the time.
+    /// First and last moving trace of a platform that is at rest for a tenth of the time or more.
     #[must_use]
     pub fn moving(&self) -> Option<[usize; 2]> {
         let [first, last] = [self.traces.first()?, self.traces.last()?];

@@ -271,7 +271,7 @@ fn write_traces(outcome: &Outcome, out: &mut dyn Write) -> anyhow::Result<()> {
     if aligned.is_often_at_rest {
         writeln!(
             out,
-            "           the platform is at rest for much of the time: the traces in motion are imaged, weighted by \
+            "           the platform is at rest for a tenth of the time or more: the traces in motion are imaged, weighted by \
              path length"
         )?;
     }
