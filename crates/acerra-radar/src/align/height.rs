@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::echo::{Echoes, LEAST_PICKS};
 use super::height_cue::{Grid, HeightCue};
-use super::height_fit::{Fit, Mixture};
+use super::height_fit::Fit;
+use super::mixture::Mixture;
 use super::surface::surfaces;
 use super::{AlignError, FlightProfile};
 use acerra_control::Control;
@@ -56,54 +57,77 @@ pub(super) fn height_cues(
             tried.push(cue);
         }
     }
-    let found: Vec<Option<HeightCue>> = tried
-        .into_par_iter()
-        .map(|cue| followed(cue, echoes, profile, grid, control))
-        .collect::<Result<_, AlignError>>()?;
+    let found = followed(tried, echoes, profile, grid, control)?;
     // Offsets half a second apart count as independent trials, each of which may fit by chance.
     let trials = (likely_s / 0.5).max(1.0);
-    let mut cues: Vec<HeightCue> = Vec::new();
-    for cue in found.into_iter().flatten() {
-        let evidence = cue.evidence - trials.ln() - DOUBT;
-        if !cues.iter().any(|other| other.is_same_echo(&cue)) {
-            cues.push(HeightCue { evidence, ..cue });
-        }
-    }
-    let mut cues = surfaces(cues);
+    let over_trials = |cue: HeightCue| HeightCue {
+        evidence: cue.evidence - trials.ln() - DOUBT,
+        ..cue
+    };
+    let mut cues = surfaces(found.into_iter().map(over_trials).collect());
     cues.retain(|cue| cue.evidence > 0.0);
     cues.sort_by(|a, b| b.explained.total_cmp(&a.explained));
     Ok(cues)
 }
 
-/// The cue of the strongest echoes near the fast times that a cue gives, until the offset stays; `None` where few
-/// traces have an echo there.
+/// The cues of the strongest echoes near the fast times that each cue gives, again until its offset stays; of cues
+/// that lead to one echo, the first. A cue is dropped where few traces have an echo at its fast times.
 fn followed(
-    mut cue: HeightCue,
+    cues: Vec<HeightCue>,
+    echoes: &Echoes,
+    profile: &FlightProfile,
+    grid: Grid,
+    control: Control<'_>,
+) -> Result<Vec<HeightCue>, AlignError> {
+    let mut all: Vec<(HeightCue, bool)> = cues.into_iter().map(|cue| (cue, false)).collect();
+    for _ in 0..PASSES {
+        let again = |(cue, is_settled): (HeightCue, bool)| {
+            if is_settled {
+                return Ok(Some((cue, true)));
+            }
+            let next = followed_once(&cue, echoes, profile, grid, control)?;
+            Ok(next.map(|next| {
+                let moved_s = (next.offset_s - cue.offset_s).abs();
+                let is_settled = next.is_same_echo(&cue) && moved_s <= grid.step_s;
+                (next, is_settled)
+            }))
+        };
+        let passed: Vec<Option<(HeightCue, bool)>> = all
+            .into_par_iter()
+            .map(again)
+            .collect::<Result<_, AlignError>>()?;
+        all = Vec::new();
+        for (cue, is_settled) in passed.into_iter().flatten() {
+            match all.iter_mut().find(|(other, _)| other.is_same_echo(&cue)) {
+                Some((_, settled)) => *settled |= is_settled,
+                None => all.push((cue, is_settled)),
+            }
+        }
+        if all.iter().all(|(_, is_settled)| *is_settled) {
+            break;
+        }
+    }
+    Ok(all.into_iter().map(|(cue, _)| cue).collect())
+}
+
+/// The cue of the strongest echo of every trace near the fast time that a cue gives.
+fn followed_once(
+    cue: &HeightCue,
     echoes: &Echoes,
     profile: &FlightProfile,
     grid: Grid,
     control: Control<'_>,
 ) -> Result<Option<HeightCue>, AlignError> {
-    for _ in 0..PASSES {
-        let expected_s = |t: f64| profile.echo_delay_s(t + cue.offset_s) + cue.delay_s;
-        let ridges = echoes.about(expected_s);
-        let fits = ridges
-            .iter()
-            .filter(|ridge| ridge.time_s.len() >= LEAST_PICKS)
-            .map(|ridge| Fit::about(ridge, profile, grid));
-        let over_chance = |fit: &Fit<'_>| fit.over_chance_at(cue.offset_s, TYPICAL);
-        let Some(fit) = fits.max_by(|a, b| over_chance(a).total_cmp(&over_chance(b))) else {
-            return Ok(None);
-        };
-        let next = fit.cue(TYPICAL, control)?;
-        let is_settled =
-            next.is_same_echo(&cue) && (next.offset_s - cue.offset_s).abs() <= grid.step_s;
-        cue = next;
-        if is_settled {
-            break;
-        }
-    }
-    Ok(Some(cue))
+    let expected_s = |t: f64| profile.echo_delay_s(t + cue.offset_s) + cue.delay_s;
+    let ridges = echoes.about(expected_s);
+    let fits = ridges
+        .iter()
+        .filter(|ridge| ridge.time_s.len() >= LEAST_PICKS)
+        .map(|ridge| Fit::about(ridge, profile, grid));
+    let over_chance = |fit: &Fit<'_>| fit.over_chance_at(cue.offset_s, TYPICAL);
+    fits.max_by(|a, b| over_chance(a).total_cmp(&over_chance(b)))
+        .map(|fit| fit.cue(TYPICAL, control))
+        .transpose()
 }
 
 #[cfg(test)]
@@ -184,8 +208,8 @@ mod tests {
             delay_s: best.delay_s + 0.3e-9,
             ..best.clone()
         };
-        let found = followed(off, &echoes, &profile, grid, control).unwrap();
-        let found = found.unwrap();
+        let found = followed(vec![off], &echoes, &profile, grid, control).unwrap();
+        let found = &found[0];
         assert!((found.offset_s - OFFSET_S).abs() < 0.005, "{found:?}");
         assert!(found.explained > 0.9 * best.explained, "{found:?}");
     }

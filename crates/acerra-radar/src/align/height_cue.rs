@@ -46,6 +46,17 @@ pub(super) struct Grid {
     pub delay_s: [f64; 2],
 }
 
+impl Grid {
+    /// Every `stride`-th offset; the last one lies at the end of the grid or beyond it.
+    pub fn every(self, stride: usize) -> Self {
+        Self {
+            step_s: stride as f64 * self.step_s,
+            count: (self.count + stride - 1).div_ceil(stride),
+            ..self
+        }
+    }
+}
+
 /// Difference of the offsets, s, and of the delays, s, below which two cues follow one echo.
 const SAME_OFFSET_S: f64 = 0.02;
 const SAME_DELAY_S: f64 = 0.3e-9;

@@ -1,16 +1,15 @@
 //! Likelihood of the clock offset by the fast time of one echo against 2h/c of the trajectory.
 //!
-//! For an offset τ and a delay d each pick p(t) leaves a residual p(t) − 2h(t+τ)/c − d. Residuals are
-//! modelled as a mixture: the surface, with a normal error of standard deviation s, or a stray, with a
-//! constant density. The delay is the one at which most residuals agree; s and the share of
-//! strays are estimated from the data. The log-likelihood is divided by the correlation length of the
-//! residuals, so that lasting errors (GNSS heights, drift) do not count as many independent ones.
+//! For an offset τ and a delay d each pick p(t) leaves a residual p(t) − 2h(t+τ)/c − d, which belongs to the
+//! surface or to a stray (see [`mixture`](super::mixture)). The log-likelihood is divided by the correlation
+//! length of the residuals, so that lasting errors (GNSS heights, drift) do not count as many independent ones.
 
 use rayon::prelude::*;
 
 use super::curve::LikelihoodCurve;
 use super::echo::{APART_S, Ridge};
 use super::height_cue::{Grid, HeightCue};
+use super::mixture::{Agreement, Mixture, Scratch};
 use super::noise::{correlation_length, spread_correlation_length, variance_inflation};
 use super::surface::RIVAL;
 use super::{AlignError, FlightProfile};
@@ -19,24 +18,17 @@ use acerra_control::Control;
 
 /// Largest number of re-estimates of the error at the most likely offset.
 const REFITS: usize = 2;
-/// Iterations of the expectation maximisation at most, and the relative change at which it has converged.
-const MOST_ITERATIONS: usize = 20;
-const CONVERGED: f64 = 1e-3;
 /// Number of picks of a ridge from which excluded offsets are recognised: log-likelihoods of a sample scatter
 /// by a few units about those of all picks.
 const SAMPLE: usize = 500;
 /// Log-likelihood below the best of the coarse grid from which an offset is not tried on the fine one: odds of
 /// 10⁹ to 1.
 const OUT_OF_QUESTION: f64 = 20.0;
-/// Smallest standard deviation of a residual, s (1.5 mm).
-const LEAST_S: f64 = 0.01e-9;
-/// Largest standard deviation of a residual, s (10 cm of range): ground is smoother.
-const MOST_S: f64 = 0.7e-9;
 /// Standard deviation of errors of the height that last as long as changes of the height, s (1.5 mm): the
 /// lever arm under tilt, and other errors that do not appear in a few independent residuals.
 const LASTING_ERROR_S: f64 = 0.01e-9;
-/// Width of a cell of the histogram of residuals by which the delay is found, s.
-const CELL_S: f64 = 0.1e-9;
+/// Spacing of the offsets at which a sample of the picks is compared, in steps of the grid.
+const COARSE: usize = 4;
 
 /// An echo whose delays are compared with the heights at every offset of a grid.
 #[derive(Clone, Copy)]
@@ -44,8 +36,8 @@ pub(super) struct Fit<'a> {
     ridge: &'a Ridge,
     profile: &'a FlightProfile,
     grid: Grid,
-    /// Density of a stray over fast time, 1/s.
-    chance: f64,
+    /// Model of the residuals.
+    agreement: Agreement,
 }
 
 /// A likelihood that excludes some offsets.
@@ -68,13 +60,6 @@ struct Surface {
     few: f64,
     /// Number of picks that are equivalent to one independent pick.
     length: f64,
-}
-
-/// Error of the residuals and share of strays.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Mixture {
-    pub sigma_s: f64,
-    pub stray_share: f64,
 }
 
 /// Time between the heights whose difference is the rate, s.
@@ -106,7 +91,10 @@ impl<'a> Fit<'a> {
             ridge,
             profile,
             grid,
-            chance: 0.5 / (to_s - from_s),
+            agreement: Agreement {
+                chance: 0.5 / (to_s - from_s),
+                delay_s: grid.delay_s,
+            },
         }
     }
 
@@ -116,16 +104,18 @@ impl<'a> Fit<'a> {
             ridge,
             profile,
             grid,
-            chance: 0.5 / APART_S,
+            agreement: Agreement {
+                chance: 0.5 / APART_S,
+                delay_s: grid.delay_s,
+            },
         }
     }
 
     /// Log-likelihood of the picks at an offset over picks by chance, as if all were independent.
     pub fn over_chance_at(&self, offset_s: f64, start: Mixture) -> f64 {
         let residuals = self.residuals_s(offset_s);
-        let mixture = self.fitted(&residuals, self.grid.delay_s, start);
-        let (total, _) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
-        self.over_chance(total)
+        let mixture = self.agreement.fitted(&residuals, start);
+        self.over_chance(self.agreement.at_commonest(&residuals, mixture).0)
     }
 
     /// Mean number of picks within a time, 1 at least.
@@ -137,7 +127,7 @@ impl<'a> Fit<'a> {
     }
 
     fn over_chance(&self, log_likelihood: f64) -> f64 {
-        log_likelihood - self.ridge.time_s.len() as f64 * self.chance.ln()
+        log_likelihood - self.ridge.time_s.len() as f64 * self.agreement.chance.ln()
     }
 
     /// The cue with the error of the residuals re-estimated at the most likely offset, from an initial error.
@@ -148,7 +138,7 @@ impl<'a> Fit<'a> {
         for _ in 0..REFITS {
             let peak = curve.peak();
             let residuals = self.residuals_s(curve.offset_s(peak));
-            mixture = self.fitted(&residuals, self.grid.delay_s, mixture);
+            mixture = self.agreement.fitted(&residuals, mixture);
             curve = self.curve(mixture, &rough, control)?;
             if curve.peak() == peak {
                 break;
@@ -158,32 +148,40 @@ impl<'a> Fit<'a> {
     }
 
     fn residuals_s(&self, offset_s: f64) -> Vec<f64> {
-        self.ridge
-            .time_s
-            .iter()
-            .zip(&self.ridge.fast_time_s)
-            .map(|(t, p)| p - self.profile.echo_delay_s(t + offset_s))
-            .collect()
+        self.each_residual_s(offset_s).collect()
     }
 
-    /// The likelihood from a sample of the picks.
+    fn each_residual_s(&self, offset_s: f64) -> impl Iterator<Item = f64> {
+        let picks = self.ridge.time_s.iter().zip(&self.ridge.fast_time_s);
+        picks.map(move |(t, p)| p - self.profile.echo_delay_s(t + offset_s))
+    }
+
+    /// The likelihood from a sample of the picks on a coarse grid of offsets, with the error of the residuals
+    /// widened by their change within the grid's spacing.
     fn rough(&self, mixture: Mixture, control: Control<'_>) -> Result<Rough, AlignError> {
         let stride = self.ridge.time_s.len().div_ceil(SAMPLE).max(1);
         let sample = self.ridge.every(stride);
+        let grid = self.grid.every(COARSE);
         let sampled = Fit {
             ridge: &sample,
+            grid,
             ..*self
         };
-        let found = sampled.curve_where(|_| true, mixture, control)?;
+        let change_s = 0.5 * grid.step_s * self.profile.fast_echo_rate();
+        let widened = Mixture {
+            sigma_s: mixture.sigma_s.hypot(change_s),
+            ..mixture
+        };
+        let found = sampled.curve_where(|_| true, widened, control)?;
         let mut curve = LikelihoodCurve {
-            start_s: self.grid.start_s,
-            step_s: self.grid.step_s,
+            start_s: grid.start_s,
+            step_s: grid.step_s,
             log_likelihood: found.into_iter().flatten().collect(),
         };
         let offset_s = curve.offset_s(curve.peak());
         let residuals = self.residuals_s(offset_s);
-        let mixture = self.fitted(&residuals, self.grid.delay_s, mixture);
-        let (_, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+        let mixture = self.agreement.fitted(&residuals, widened);
+        let (_, delay_s) = self.agreement.at_commonest(&residuals, mixture);
         let length = self
             .surface(&residuals, [offset_s, delay_s], mixture)
             .length;
@@ -224,7 +222,7 @@ impl<'a> Fit<'a> {
     ) -> Result<Vec<Option<f64>>, AlignError> {
         (0..self.grid.count)
             .into_par_iter()
-            .map(|k| {
+            .map_init(Scratch::default, |scratch, k| {
                 if k % 64 == 0 {
                     control.check()?;
                 }
@@ -232,8 +230,8 @@ impl<'a> Fit<'a> {
                     return Ok(None);
                 }
                 let offset_s = self.grid.start_s + k as f64 * self.grid.step_s;
-                let residuals = self.residuals_s(offset_s);
-                let found = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+                let residuals = self.each_residual_s(offset_s);
+                let found = self.agreement.log_likelihood(residuals, mixture, scratch);
                 Ok(Some(found.0))
             })
             .collect()
@@ -251,84 +249,6 @@ impl<'a> Fit<'a> {
         (0..self.grid.count).map(below).collect()
     }
 
-    /// Log-likelihood of residuals at the delay at which most residuals agree, and this delay. Unknown
-    /// residuals (no position) are strays.
-    fn log_likelihood(
-        &self,
-        residuals: &[f64],
-        delays_s: [f64; 2],
-        mixture: Mixture,
-    ) -> (f64, f64) {
-        let mut delay_s = commonest_s(residuals, delays_s, mixture.sigma_s);
-        let stray = mixture.stray_share * self.chance;
-        let height = (1.0 - mixture.stray_share) / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
-        let density = |r: f64, d: f64| height * bell((r - d) / mixture.sigma_s);
-        // Beyond the reach of the bell a residual is a stray. Each of two estimates of the delay is a mean of
-        // the residuals within the reach of the previous estimate.
-        let reach_s = 3.0 * BELL_REACH * mixture.sigma_s;
-        let near: Vec<f64> = residuals
-            .iter()
-            .copied()
-            .filter(|r| (r - delay_s).abs() <= reach_s)
-            .collect();
-        for _ in 0..2 {
-            let (mut sum, mut weight) = (0.0, 0.0);
-            for &r in &near {
-                let surface = density(r, delay_s);
-                let w = surface / (surface + stray);
-                sum += w * r;
-                weight += w;
-            }
-            if weight > 0.0 {
-                delay_s = (sum / weight).clamp(delays_s[0], delays_s[1]);
-            }
-        }
-        // Likelihood ratios to a stray, multiplied a few at a time before the logarithm.
-        let over: f64 = near
-            .chunks(8)
-            .map(|few| {
-                let ratio = |r: &f64| density(*r, delay_s) / stray + 1.0;
-                few.iter().map(ratio).product::<f64>().ln()
-            })
-            .sum();
-        let total = over + residuals.len() as f64 * stray.ln();
-        (total, delay_s)
-    }
-
-    /// The mixture with error and share of strays re-estimated (expectation maximisation).
-    fn fitted(&self, residuals: &[f64], delays_s: [f64; 2], mut mixture: Mixture) -> Mixture {
-        for _ in 0..MOST_ITERATIONS {
-            let (_, delay_s) = self.log_likelihood(residuals, delays_s, mixture);
-            let (mut power, mut weight) = (0.0, 0.0);
-            for r in residuals.iter().filter(|r| r.is_finite()) {
-                let w = self.surface_weight(r - delay_s, mixture);
-                power += w * (r - delay_s).powi(2);
-                weight += w;
-            }
-            if weight < 3.0 {
-                return mixture;
-            }
-            let before = mixture;
-            mixture.sigma_s = (power / weight).sqrt().clamp(LEAST_S, MOST_S);
-            mixture.stray_share = (1.0 - weight / residuals.len() as f64).clamp(0.01, 0.95);
-            let is_near = |now: f64, before: f64| (now - before).abs() <= CONVERGED * before;
-            if is_near(mixture.sigma_s, before.sigma_s)
-                && is_near(mixture.stray_share, before.stray_share)
-            {
-                break;
-            }
-        }
-        mixture
-    }
-
-    /// Probability that a residual belongs to the surface.
-    fn surface_weight(&self, residual_s: f64, mixture: Mixture) -> f64 {
-        let x = residual_s / mixture.sigma_s;
-        let surface = (1.0 - mixture.stray_share) * bell(x)
-            / (mixture.sigma_s * std::f64::consts::TAU.sqrt());
-        surface / (surface + mixture.stray_share * self.chance)
-    }
-
     /// The residuals of the surface at an offset and a delay (s).
     fn surface(
         &self,
@@ -337,7 +257,8 @@ impl<'a> Fit<'a> {
         mixture: Mixture,
     ) -> Surface {
         let (mut residual_s, mut envelope, mut rate) = (Vec::new(), Vec::new(), Vec::new());
-        let is_surface = |r: &f64| r.is_finite() && self.surface_weight(r - delay_s, mixture) > 0.5;
+        let is_surface =
+            |r: &f64| r.is_finite() && self.agreement.surface_weight(r - delay_s, mixture) > 0.5;
         let picks = self.ridge.time_s.iter().zip(&self.ridge.envelope);
         for ((t, level), r) in picks.zip(residuals) {
             if is_surface(r) {
@@ -378,7 +299,7 @@ impl<'a> Fit<'a> {
     fn judged(&self, mut curve: LikelihoodCurve, mixture: Mixture) -> HeightCue {
         let (offset_s, _) = curve.best();
         let residuals = self.residuals_s(offset_s);
-        let (top, delay_s) = self.log_likelihood(&residuals, self.grid.delay_s, mixture);
+        let (top, delay_s) = self.agreement.at_commonest(&residuals, mixture);
         let surface = self.surface(&residuals, [offset_s, delay_s], mixture);
         // An echo that ignores the height: the picks are compared with a constant.
         let ignorant = self.without_height();
@@ -416,46 +337,19 @@ impl<'a> Fit<'a> {
         let picks = &self.ridge.fast_time_s;
         let low = picks.iter().copied().fold(f64::INFINITY, f64::min);
         let high = picks.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let anywhere = Agreement {
+            delay_s: [low, high],
+            ..self.agreement
+        };
         let mut top = f64::NEG_INFINITY;
         for sigma_s in [0.05e-9, 0.2e-9, 0.8e-9] {
             let start = Mixture {
                 sigma_s,
                 stray_share: 0.2,
             };
-            let mixture = self.fitted(picks, [low, high], start);
-            top = top.max(self.log_likelihood(picks, [low, high], mixture).0);
+            let mixture = anywhere.fitted(picks, start);
+            top = top.max(anywhere.at_commonest(picks, mixture).0);
         }
         top
     }
-}
-
-/// Standard deviations beyond which the bell is zero: there the bell is below 2·10⁻²² of its maximum, and
-/// exponentials would take most of the search's time.
-const BELL_REACH: f64 = 10.0;
-
-/// exp(−x²/2), and zero beyond [`BELL_REACH`].
-fn bell(x: f64) -> f64 {
-    let square = x * x;
-    if square > BELL_REACH * BELL_REACH {
-        0.0
-    } else {
-        (-0.5 * square).exp()
-    }
-}
-
-/// The delay about which most residuals lie, s.
-fn commonest_s(residuals: &[f64], [from, to]: [f64; 2], sigma_s: f64) -> f64 {
-    let cell = CELL_S.max(sigma_s);
-    let cells = ((to - from) / cell).ceil().max(1.0) as usize;
-    let mut counts = vec![0u32; cells + 2];
-    for r in residuals {
-        let x = (r - from) / cell;
-        if x >= 0.0 && x < cells as f64 {
-            counts[x as usize + 1] += 1;
-        }
-    }
-    let best = (1..=cells)
-        .max_by_key(|&i| counts[i - 1] + 2 * counts[i] + counts[i + 1])
-        .unwrap_or(1);
-    from + (best as f64 - 0.5) * cell
 }

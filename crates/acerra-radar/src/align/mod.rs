@@ -53,6 +53,7 @@ mod estimate;
 mod height;
 mod height_cue;
 mod height_fit;
+mod mixture;
 mod motion;
 mod noise;
 mod offset;
