@@ -13,6 +13,9 @@ const COMPARED: usize = 6;
 /// Level of these maxima relative to the greatest, at least (dB).
 const FLOOR_DB: f64 = -3.0;
 
+/// Logarithm of the smallest power.
+const NO_POWER: f64 = -708.0;
+
 /// The strongest echo of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StrongestEcho {
@@ -23,6 +26,12 @@ pub(super) struct StrongestEcho {
 }
 
 impl StrongestEcho {
+    /// No echo.
+    pub const NONE: Self = Self {
+        log_power: NO_POWER,
+        place_m: None,
+    };
+
     /// The strongest echo of `image`.
     ///
     /// # Errors
@@ -32,10 +41,10 @@ impl StrongestEcho {
         let maxima = strongest_maxima(&view, FLOOR_DB, COMPARED);
         let powers = maxima.iter().map(|p| (top_power(image, grid, *p), *p));
         let top = powers.max_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(Self {
-            log_power: top.map_or(f64::MIN_POSITIVE, |(power, _)| power).ln(),
-            place_m: top.map(|(_, place_m)| place_m),
-        })
+        Ok(top.map_or(Self::NONE, |(power, place_m)| Self {
+            log_power: power.ln().max(NO_POWER),
+            place_m: Some(place_m),
+        }))
     }
 }
 

@@ -20,6 +20,7 @@ mod focus;
 mod scan;
 mod search;
 mod sensitivity;
+mod strongest;
 mod targets;
 mod view;
 

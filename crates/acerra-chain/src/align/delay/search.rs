@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use acerra_imaging::PlaneGrid;
 use acerra_radar::Spectrum;
-use rayon::prelude::*;
 
 use super::cues::DelayCue;
 use super::curve::{DelayCurve, MOST_SIGMA_S, decide, max_of, second_best};
@@ -214,22 +213,16 @@ impl DelayTrial<'_> {
         for from_s in starts_s {
             let middle_s = from_s + 0.5 * block_s;
             let spectrum = self.cleaned_at(middle_s, 0.5 * block_s)?;
-            let scan = self.on(&spectrum, grid);
-            let searched = scan.searched();
-            let looks = searched.delays(grid, scan.reach_m(0.5 * block_s))?;
-            let echo_at = |k: usize| {
+            let delays_s: Vec<f64> = (0..each)
+                .map(|k| from_s + (k as f64 + 0.5) * STEP_S)
+                .collect();
+            let later_s: Vec<f64> = delays_s.iter().map(|d| d - middle_s).collect();
+            let echoes = self.on(&spectrum, grid).strongest_at(&later_s, || {
                 control.check()?;
-                let delay_s = from_s + (k as f64 + 0.5) * STEP_S;
-                let image = scan.tabulated_image(&looks, delay_s - middle_s, grid)?;
-                let echo = StrongestEcho::of(&image, grid)?;
                 control.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-                Ok((delay_s, echo))
-            };
-            let own: Vec<(f64, StrongestEcho)> = (0..each)
-                .into_par_iter()
-                .map(echo_at)
-                .collect::<Result<_, DelayError>>()?;
-            tried.extend(own);
+                Ok(())
+            })?;
+            tried.extend(delays_s.into_iter().zip(echoes));
         }
         control.finish();
         Ok(tried)
