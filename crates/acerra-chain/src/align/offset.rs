@@ -194,19 +194,16 @@ pub fn by_height_and_motion(
         options = options.with_delay_range_s(delay_s);
     }
     let control = control.operation();
-    let found = offset_likelihood(radargram, &profile, &options, control);
+    let found = offset_likelihood(radargram, &profile, &options, control)?;
     // Scenery that comes into view changes the radargram as starts and halts do: starts and halts alone
     // decide only where no echo follows the height.
-    if matches!(&found, Ok(found) if found.height.is_some()) {
-        return Ok(found?);
+    if found.height.is_some() {
+        return Ok(found);
     }
-    match clear_motion(radargram, &profile) {
-        Some(prior) => {
-            let narrowed = options.with_prior(prior);
-            Ok(offset_likelihood(radargram, &profile, &narrowed, control)?)
-        }
-        None => Ok(found?),
-    }
+    Ok(match clear_motion(radargram, &profile) {
+        Some(prior) => found.with_prior(prior),
+        None => found,
+    })
 }
 
 /// The offset at which the radargram changes while the platform moves, where no other offset correlates

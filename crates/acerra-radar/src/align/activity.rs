@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::clean::mean_trace;
 use crate::radargram::Radargram;
 
 /// Change of the radargram about each trace, `[traces]`: ‖x(m+1) − x(m−1)‖ relative to the root
@@ -47,14 +48,8 @@ pub fn activity(radargram: &Radargram) -> Vec<f64> {
 /// Shapes of a trace's residue by jitter of gain and timing, orthonormal: the mean trace, and its differences
 /// over two, four and six samples, whose sums are its slope throughout a wide band.
 fn jitter_shapes(radargram: &Radargram) -> Vec<Vec<Complex64>> {
-    let (traces, n) = (radargram.traces, radargram.samples_per_trace);
-    let mean: Vec<Complex64> = (0..n)
-        .into_par_iter()
-        .map(|j| {
-            let sum: Complex64 = (0..traces).map(|m| radargram.samples.at(m * n + j)).sum();
-            sum / traces as f64
-        })
-        .collect();
+    let n = radargram.samples_per_trace;
+    let mean = mean_trace(radargram);
     let difference = |lag: usize| -> Vec<Complex64> {
         let at = |j: Option<usize>| j.and_then(|j| mean.get(j)).copied().unwrap_or_default();
         (0..n)

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::AlignError;
 use super::profile::REACH;
-use crate::clean::{Background, crest, envelope, remove_background};
+use crate::clean::{crest, envelopes_about_mean};
 use crate::radargram::Radargram;
 use acerra_control::Control;
 
@@ -80,24 +80,21 @@ impl Echoes {
             return Ok(None);
         };
         control.check()?;
-        let Ok(changing) = remove_background(part.clone(), Background::Mean) else {
-            return Ok(None);
-        };
         let last = part.samples_per_trace - 1;
         let [low, high] = search
             .window_s
             .map(|t| part.sample_index(t).round().clamp(0.0, last as f64));
         let (low, high) = (low as usize, high as usize);
-        if high < low + 16 {
+        if high < low + 16 || part.traces < 2 {
             return Ok(None);
         }
-        let changing = Envelope::new(&changing, [low, high]);
+        let both = envelopes_about_mean(&part);
         control.check()?;
-        let raw = Envelope::new(&part, [low, high]);
-        control.check()?;
+        let n = part.samples_per_trace;
+        let envelopes = [0, 1].map(|of| Envelope::new(&both, of, n, [low, high]));
         Ok(Some(Self {
             part,
-            envelopes: [changing, raw],
+            envelopes,
             rate: search.rate,
         }))
     }
@@ -169,21 +166,18 @@ struct Envelope {
 }
 
 impl Envelope {
-    fn new(radargram: &Radargram, [low, high]: [usize; 2]) -> Self {
-        let n = radargram.samples_per_trace;
-        let all = envelope(radargram);
-        let rows: Vec<Vec<f64>> = all
-            .chunks_exact(n)
-            .map(|row| row[low..=high].to_vec())
-            .collect();
-        let median = rows
-            .iter()
+    /// The envelope `of` of both, `[traces, samples]` row-major with rows of `n` samples, within a window.
+    fn new(both: &[[f64; 2]], of: usize, n: usize, [low, high]: [usize; 2]) -> Self {
+        let (rows, median) = both
+            .par_chunks_exact(n)
             .map(|row| {
+                let row: Vec<f64> = row[low..=high].iter().map(|both| both[of]).collect();
                 let mut sorted = row.clone();
                 let middle = sorted.len() / 2;
-                *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+                let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+                (row, median)
             })
-            .collect();
+            .unzip();
         Self {
             rows,
             median,

@@ -123,6 +123,10 @@ pub struct OffsetLikelihood {
     /// Offsets that agree with the data, the most likely first; never empty.
     pub candidates: Vec<Candidate>,
     options: OffsetOptions,
+    /// The cues of the echoes that may be the surface.
+    heights: Vec<HeightCue>,
+    /// Sum of the log-likelihoods of the cues.
+    by_cues: LikelihoodCurve,
 }
 
 /// A clock offset with its evidence.
@@ -261,9 +265,10 @@ fn thinned_change(radargram: &Radargram, most: usize) -> (Vec<f64>, Vec<f64>) {
 fn combined(
     heights: Vec<HeightCue>,
     motion: Option<MotionCue>,
-    mut total: LikelihoodCurve,
+    by_cues: LikelihoodCurve,
     options: &OffsetOptions,
 ) -> OffsetLikelihood {
+    let mut total = by_cues.clone();
     if let Some(prior) = options.prior {
         for k in 0..total.log_likelihood.len() {
             let x = (total.offset_s(k) - prior.offset_s) / prior.sigma_s.max(1e-6);
@@ -271,7 +276,7 @@ fn combined(
         }
     }
     let (offset_s, best) = total.best();
-    let height = surface_at(heights, offset_s);
+    let height = surface_at(&heights, offset_s);
     let candidate = |mode: &Mode| Candidate {
         offset_s: total.vertex_s(mode.peak),
         sigma_s: total.sigma_s(*mode),
@@ -288,6 +293,8 @@ fn combined(
         candidates,
         total,
         options: *options,
+        heights,
+        by_cues,
     }
 }
 
@@ -315,6 +322,17 @@ impl OffsetLikelihood {
     #[must_use]
     pub const fn prior(&self) -> Option<ClockPrior> {
         self.options.prior
+    }
+
+    /// The likelihood of the same cues with another prior.
+    #[must_use]
+    pub fn with_prior(&self, prior: ClockPrior) -> Self {
+        combined(
+            self.heights.clone(),
+            self.motion.clone(),
+            self.by_cues.clone(),
+            &self.options.with_prior(prior),
+        )
     }
 
     /// The offset by height and motion alone.

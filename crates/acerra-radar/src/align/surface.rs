@@ -57,7 +57,7 @@ pub(super) fn any_of(cues: &[HeightCue], grid: Grid) -> LikelihoodCurve {
 
 /// The surface's echo at an offset: the echo that fits best by all cues together, or a stronger echo within
 /// [`LOBES_S`], since side lobes follow the height as well as their main lobe.
-pub(super) fn surface_at(cues: Vec<HeightCue>, offset_s: f64) -> Option<HeightCue> {
+pub(super) fn surface_at(cues: &[HeightCue], offset_s: f64) -> Option<HeightCue> {
     let worth = |cue: &HeightCue| cue.evidence - cue.curve.best().1 + cue.curve.at(offset_s);
     let speaking = || cues.iter().filter(|cue| worth(cue) > 0.0);
     let best = speaking().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
@@ -102,23 +102,23 @@ mod tests {
     #[test]
     fn the_main_lobe_is_the_surface_where_a_side_lobe_is_followed_longer() {
         let lobes = vec![cue(5.3, 129.0, 188.0), cue(6.8, 54.0, 1390.0)];
-        let surface = surface_at(lobes, 0.0).unwrap();
+        let surface = surface_at(&lobes, 0.0).unwrap();
         assert!((surface.delay_s - 6.8e-9).abs() < 1e-15);
     }
 
     #[test]
     fn a_stronger_echo_elsewhere_does_not_replace_the_surface() {
         let far = vec![cue(5.3, 129.0, 188.0), cue(12.0, 54.0, 1390.0)];
-        assert!((surface_at(far, 0.0).unwrap().delay_s - 5.3e-9).abs() < 1e-15);
+        assert!((surface_at(&far, 0.0).unwrap().delay_s - 5.3e-9).abs() < 1e-15);
         // It follows the height at another time.
         let mut other = cue(6.8, 54.0, 1390.0);
         other.offset_s = 3.0;
-        let surface = surface_at(vec![cue(5.3, 129.0, 188.0), other], 0.0).unwrap();
+        let surface = surface_at(&[cue(5.3, 129.0, 188.0), other], 0.0).unwrap();
         assert!((surface.delay_s - 5.3e-9).abs() < 1e-15);
         // It does not follow the height at all.
         let silent = vec![cue(5.3, 129.0, 188.0), cue(6.8, -1.0, 1390.0)];
-        assert!((surface_at(silent, 0.0).unwrap().delay_s - 5.3e-9).abs() < 1e-15);
-        assert!(surface_at(vec![cue(6.8, -1.0, 1390.0)], 0.0).is_none());
+        assert!((surface_at(&silent, 0.0).unwrap().delay_s - 5.3e-9).abs() < 1e-15);
+        assert!(surface_at(&[cue(6.8, -1.0, 1390.0)], 0.0).is_none());
     }
 
     #[test]

@@ -22,6 +22,7 @@ use acerra_control::Cancelled;
 pub use background::{Background, UnknownBackground, remove_background, remove_background_with};
 pub use background_gain::BackgroundGain;
 pub use envelope::{envelope, for_analytic_rows};
+pub(crate) use envelope::{envelopes_about_mean, mean_trace};
 pub use filter::{band_pass, dewow};
 pub use gate::{Gate, apply_gate};
 pub(crate) use surface::crest;
