@@ -135,6 +135,19 @@ impl<'a> Pulses<'a> {
         })
     }
 
+    /// These echoes at other positions.
+    pub(crate) fn moved<'t>(&self, position_m: &'t [[f64; 3]]) -> Result<Pulses<'t>, ImagingError>
+    where
+        'a: 't,
+    {
+        check_length("position_m", self.len(), position_m.len())?;
+        check_places("position_m", position_m)?;
+        Ok(Pulses {
+            position_m,
+            ..*self
+        })
+    }
+
     /// These pulses with separate transmitter and receiver, `[M]` of `[x, y, z]` in metres each: the path of
     /// an echo is the sum of the paths to both. The positions remain the reference of tracks and resolution,
     /// in the middle of both.

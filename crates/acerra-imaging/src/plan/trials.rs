@@ -59,6 +59,7 @@ pub struct TrialImage<'t> {
 #[derive(Debug)]
 pub struct TrialImages<'a> {
     echoes: PulseArrays<'a>,
+    pulses: Pulses<'a>,
     grid: PlaneGrid,
     options: PlanOptions,
     reach_m: f64,
@@ -116,11 +117,8 @@ impl<'a> TrialImages<'a> {
             .with_accuracy(accuracy)
             .with_spreading(Spreading::None)
             .with_check_pixels(4);
-        let mut request = Request::new(
-            Pulses::new(echoes)?,
-            grid.into(),
-            &options.with_engine(engine),
-        )?;
+        let pulses = Pulses::new(echoes)?;
+        let mut request = Request::new(pulses, grid.into(), &options.with_engine(engine))?;
         request.reach_m = reach_m;
         let ranges_m = request.ranges_m(0..echoes.position_m.len(), |plane| *plane);
         let plan = ImagingPlan::of_request(request, Control::default())?;
@@ -136,6 +134,7 @@ impl<'a> TrialImages<'a> {
         };
         Ok(Self {
             echoes,
+            pulses,
             grid,
             options,
             reach_m,
@@ -148,14 +147,10 @@ impl<'a> TrialImages<'a> {
     /// # Errors
     /// As [`ImagingPlan::new`]; positions of another number than the pulses.
     pub fn image(&self, trial: &TrialImage) -> Result<Vec<Complex32>, ImagingError> {
-        let moved = PulseArrays {
-            position_m: trial.position_m,
-            ..self.echoes
-        };
         if !self.serve(trial) {
-            return self.alone(moved, trial);
+            return self.alone(trial);
         }
-        let pulses = Pulses::new(moved)?;
+        let pulses = self.pulses.moved(trial.position_m)?;
         let grid = ImageGrid::from(trial.grid);
         let weights = Weights::new(&pulses, &grid, Spreading::None, None)?;
         let echoes = WeightedPulses::new(pulses, weights);
@@ -170,7 +165,7 @@ impl<'a> TrialImages<'a> {
                 let factorized = factorized.beyond(trial.position_m, trial.beyond_m);
                 factorized.run(&echoes, &grid.whole(), &mut values, &meter);
             }
-            Tables::None => return self.alone(moved, trial),
+            Tables::None => return self.alone(trial),
         }
         Ok(values)
     }
@@ -195,11 +190,7 @@ impl<'a> TrialImages<'a> {
     }
 
     /// The image by a separate plan.
-    fn alone(
-        &self,
-        moved: PulseArrays,
-        trial: &TrialImage,
-    ) -> Result<Vec<Complex32>, ImagingError> {
+    fn alone(&self, trial: &TrialImage) -> Result<Vec<Complex32>, ImagingError> {
         let per_hz = 2.0 * TAU * trial.beyond_m / self.echoes.light_speed_m_s;
         let turn: Vec<Complex64> = (self.echoes.frequency_hz.iter())
             .map(|f| Complex64::cis(f * per_hz))
@@ -209,8 +200,9 @@ impl<'a> TrialImages<'a> {
             trace.iter_mut().zip(&turn).for_each(|(v, t)| *v *= t);
         }
         let pulses = Pulses::new(PulseArrays {
+            position_m: trial.position_m,
             spectrum: &spectrum,
-            ..moved
+            ..self.echoes
         })?;
         image(pulses, trial.grid, &self.options, Control::default())
     }

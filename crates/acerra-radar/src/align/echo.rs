@@ -99,7 +99,7 @@ impl Echoes {
         }))
     }
 
-    /// Follows the strongest echoes.
+    /// Follows the strongest echoes; of ridges that are nearly the same, the first.
     pub fn ridges(&self, control: Control<'_>) -> Result<Vec<Ridge>, AlignError> {
         let step_s = median_step_s(&self.part.time_s);
         let cell = (CELL_S / self.part.fast_time_step_s).round().max(1.0) as usize;
@@ -129,7 +129,13 @@ impl Echoes {
             .into_par_iter()
             .map(of_gain)
             .collect::<Result<_, AlignError>>()?;
-        Ok(found.into_iter().flatten().collect())
+        let mut ridges: Vec<Ridge> = Vec::new();
+        for ridge in found.into_iter().flatten() {
+            if !ridges.iter().any(|other| other.is_nearly(&ridge)) {
+                ridges.push(ridge);
+            }
+        }
+        Ok(ridges)
     }
 
     /// The strongest echo of each trace within [`APART_S`] of an expected fast time, in both envelopes.
@@ -251,6 +257,22 @@ impl Ridge {
             fast_time_s: some(&self.fast_time_s),
             envelope: some(&self.envelope),
         }
+    }
+
+    /// Whether nine tenths of the picks of both ridges are of the same traces and within [`CELL_S`].
+    fn is_nearly(&self, other: &Self) -> bool {
+        const SHARE: f64 = 0.9;
+        let of_other = |(time_s, fast_time_s): (&f64, &f64)| {
+            let at = other
+                .time_s
+                .binary_search_by(|t| t.total_cmp(time_s))
+                .ok()?;
+            let is_near = (other.fast_time_s[at] - fast_time_s).abs() <= CELL_S;
+            is_near.then_some(())
+        };
+        let picks = self.time_s.iter().zip(&self.fast_time_s);
+        let same = picks.filter_map(of_other).count();
+        same as f64 >= SHARE * self.time_s.len().max(other.time_s.len()) as f64
     }
 
     /// Drops the picks about which the echo is constant.

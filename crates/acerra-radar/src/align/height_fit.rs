@@ -10,7 +10,7 @@ use super::curve::LikelihoodCurve;
 use super::echo::{APART_S, Ridge};
 use super::height_cue::{Grid, HeightCue};
 use super::mixture::{Agreement, Mixture, Scratch};
-use super::noise::{correlation_length, spread_correlation_length, variance_inflation};
+use super::noise::{Autocorrelation, correlation_length, variance_inflation};
 use super::surface::RIVAL;
 use super::{AlignError, FlightProfile};
 use crate::quality::median;
@@ -52,8 +52,9 @@ struct Rough {
 struct Surface {
     residual_s: Vec<f64>,
     envelope: Vec<f64>,
-    /// Changes of the delay over [`RATE_STEP_S`].
+    /// Changes of the delay over [`RATE_STEP_S`], and their correlation length.
     rate: Vec<f64>,
+    rate_length: f64,
     /// Number of picks over which residuals are correlated.
     lasting: f64,
     /// Variance of the estimate from few independent residuals, over that from many (Student).
@@ -67,12 +68,12 @@ const RATE_STEP_S: f64 = 0.2;
 
 /// Standard deviation of the offset Σ ṙe / Σ ṙ² (ṙ less its mean, from changes of the delay over
 /// [`RATE_STEP_S`]) for errors e of the delay of unit standard deviation that last as long as the rate ṙ.
-fn per_error(change_s: &[f64], few: f64) -> f64 {
+fn per_error(change_s: &[f64], length: f64, few: f64) -> f64 {
     let mean_s = change_s.iter().sum::<f64>() / change_s.len().max(1) as f64;
     let rates = change_s.iter().map(|c| (c - mean_s) / RATE_STEP_S);
     let squares: f64 = rates.map(|r| r * r).sum();
     if squares > 0.0 {
-        (correlation_length(change_s) * few / squares).sqrt()
+        (length * few / squares).sqrt()
     } else {
         0.0
     }
@@ -274,21 +275,22 @@ impl<'a> Fit<'a> {
                 });
             }
         }
-        let lasting = correlation_length(&residual_s);
-        let independent = residual_s.len() as f64 / spread_correlation_length(&residual_s);
-        let independent = independent.max(1.0);
+        let of_residual = Autocorrelation::of(&residual_s);
+        let (lasting, rate_length) = (of_residual.length(), correlation_length(&rate));
+        let independent = (residual_s.len() as f64 / of_residual.spread_length()).max(1.0);
         let few = (independent / (independent - 3.0).max(0.5)).max(1.0);
-        let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * correlation_length(&rate);
+        let slow = |error_s: f64| (error_s / mixture.sigma_s).powi(2) * rate_length;
         // Errors that last longer than the rate are constant while the rate lasts: their duration is limited
         // to the rate's.
-        let scatter =
-            (lasting.min(correlation_length(&rate))).max(variance_inflation(&residual_s, &rate));
+        let inflation = variance_inflation(&residual_s, rate_length);
+        let scatter = lasting.min(rate_length).max(inflation);
         let error_s = LASTING_ERROR_S.hypot(self.profile.lasting_error_s());
         let length = (scatter + slow(error_s)) * few;
         Surface {
             residual_s,
             envelope,
             rate,
+            rate_length,
             lasting,
             few,
             length,
@@ -323,7 +325,8 @@ impl<'a> Fit<'a> {
             stray_share: mixture.stray_share,
             picks: self.ridge.time_s.len(),
             correlation_length: surface.length,
-            stated_sigma_s: self.profile.stated_error_s() * per_error(&surface.rate, surface.few),
+            stated_sigma_s: self.profile.stated_error_s()
+                * per_error(&surface.rate, surface.rate_length, surface.few),
             evidence: explained / surface.lasting.min(self.picks_within(UNRELATED_S)),
             preference: (top - ignorant) / surface.lasting,
             explained,

@@ -1,41 +1,60 @@
 //! Correlated noise: the number of independent samples in a series.
 
-/// Autocorrelation of a series (mean removed) at lags 0, 1, …, up to a quarter of the series' length and not
-/// beyond the first lag at which the autocorrelation is no longer positive.
-pub(super) fn autocorrelation(values: &[f64]) -> Vec<f64> {
-    let n = values.len();
-    let mean = values.iter().sum::<f64>() / n.max(1) as f64;
-    let at = |i: usize| values[i] - mean;
-    let power: f64 = (0..n).map(|i| at(i).powi(2)).sum();
-    if power <= 0.0 {
-        return vec![1.0];
-    }
-    let mut out = vec![1.0];
-    for lag in 1..=n / 4 {
-        let sum: f64 = (lag..n).map(|i| at(i) * at(i - lag)).sum();
-        let rho = sum / power;
-        if rho <= 0.0 {
-            break;
+/// Autocorrelation of a series.
+pub(crate) struct Autocorrelation(Vec<f64>);
+
+impl Autocorrelation {
+    /// At lags 0, 1, … (mean removed), up to a quarter of the series' length and not beyond the first lag at which the
+    /// autocorrelation is no longer positive.
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len();
+        let mean = values.iter().sum::<f64>() / n.max(1) as f64;
+        let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
+        let power = dot(&centred, &centred);
+        if power <= 0.0 {
+            return Self(vec![1.0]);
         }
-        // Unbiased by the number of pairs used.
-        out.push((rho * n as f64 / (n - lag) as f64).min(1.0));
+        let mut out = vec![1.0];
+        for lag in 1..=n / 4 {
+            let rho = dot(&centred[lag..], &centred[..n - lag]) / power;
+            if rho <= 0.0 {
+                break;
+            }
+            // Unbiased by the number of pairs used.
+            out.push((rho * n as f64 / (n - lag) as f64).min(1.0));
+        }
+        Self(out)
     }
-    out
+
+    /// Samples with the information of one independent sample (Bartlett): 1 + 2 Σ ρ(k), at least 1.
+    pub fn length(&self) -> f64 {
+        1.0 + 2.0 * self.0[1..].iter().sum::<f64>()
+    }
+
+    /// Samples that determine as much of their spread as one independent sample (Bayley and Hammersley 1946):
+    /// 1 + 2 Σ ρ(k)².
+    pub fn spread_length(&self) -> f64 {
+        1.0 + 2.0 * self.0[1..].iter().map(|r| r * r).sum::<f64>()
+    }
 }
 
-/// Samples of `values` with the information of one independent sample (Bartlett): 1 + 2 Σ ρ(k), at least 1.
+/// [`Autocorrelation::length`] of a series.
 pub(crate) fn correlation_length(values: &[f64]) -> f64 {
-    1.0 + 2.0 * autocorrelation(values)[1..].iter().sum::<f64>()
+    Autocorrelation::of(values).length()
 }
 
-/// Samples of `values` that determine as much of their spread as one independent sample (Bayley and Hammersley 1946):
-/// 1 + 2 Σ ρ(k)².
-pub(super) fn spread_correlation_length(values: &[f64]) -> f64 {
-    1.0 + 2.0
-        * autocorrelation(values)[1..]
-            .iter()
-            .map(|r| r * r)
-            .sum::<f64>()
+/// Sum of products, in partial sums that are evaluated together.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let (mut sums, [a, b]) = ([0.0; LANES], [a, b].map(|v| v.chunks_exact(LANES)));
+    let rest = a.remainder().iter().zip(b.remainder());
+    let rest: f64 = rest.map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Factor by which noise that lasts as long as a regressor raises the variance of a fit, relative to white
@@ -44,19 +63,21 @@ pub(super) fn spread_correlation_length(values: &[f64]) -> f64 {
 ///
 /// Autocorrelations of the residual alone miss a small slow part under much white noise; means over
 /// blocks do not.
-pub(super) fn variance_inflation(residual: &[f64], regressor: &[f64]) -> f64 {
+pub(super) fn variance_inflation(residual: &[f64], regressor_length: f64) -> f64 {
     let n = residual.len();
-    let length = (correlation_length(regressor).ceil() as usize).clamp(1, (n / 4).max(1));
+    let length = (regressor_length.ceil() as usize).clamp(1, (n / 4).max(1));
     let mean = residual.iter().sum::<f64>() / n.max(1) as f64;
     let power = residual.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n.max(1) as f64;
     if length < 2 || power <= 0.0 {
         return 1.0;
     }
-    let blocks: Vec<f64> = residual
-        .windows(length)
-        .map(|w| w.iter().sum::<f64>() / length as f64 - mean)
-        .collect();
-    let of_means = blocks.iter().map(|b| b * b).sum::<f64>() / blocks.len() as f64;
+    // Means over blocks from running sums.
+    let mut until = vec![0.0; n + 1];
+    for (k, r) in residual.iter().enumerate() {
+        until[k + 1] = until[k] + (r - mean);
+    }
+    let blocks = (length..=n).map(|end| (until[end] - until[end - length]) / length as f64);
+    let of_means = blocks.map(|b| b * b).sum::<f64>() / (n + 1 - length) as f64;
     // Means over n/length blocks about their own mean: one degree of freedom is used.
     let count = n as f64 / length as f64;
     (length as f64 * of_means / power * count / (count - 1.0)).max(1.0)
@@ -104,7 +125,7 @@ mod tests {
                 x
             })
             .collect();
-        let got = spread_correlation_length(&series);
+        let got = Autocorrelation::of(&series).spread_length();
         assert!((got / (1.81 / 0.19) - 1.0).abs() < 0.2, "{got}");
     }
 

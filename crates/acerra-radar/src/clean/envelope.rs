@@ -22,14 +22,14 @@ pub fn envelope(radargram: &Radargram) -> Vec<f64> {
 pub(super) fn envelope_in_band(radargram: &Radargram, band_hz: Option<[f64; 2]>) -> Vec<f64> {
     if radargram.samples.is_complex() {
         return (0..radargram.samples.len())
-            .map(|i| radargram.samples.at(i).norm())
+            .map(|i| modulus(radargram.samples.at(i)))
             .collect();
     }
     let gain = |frequency_hz| band_hz.map_or(1.0, |band| in_band(frequency_hz, band));
     let mut out = vec![0.0; radargram.samples.len()];
     for_analytic_rows(radargram, gain, &mut out, |work, row| {
         for (e, z) in row.iter_mut().zip(work) {
-            *e = z.norm();
+            *e = modulus(*z);
         }
     });
     out
@@ -41,7 +41,7 @@ pub(crate) fn envelopes_about_mean(radargram: &Radargram) -> Vec<[f64; 2]> {
     let n = radargram.samples_per_trace;
     let mean = mean_trace(radargram);
     let mut out = vec![[0.0; 2]; radargram.samples.len()];
-    let both = |z: &Complex64, mean: &Complex64| [(z - mean).norm(), z.norm()];
+    let both = |z: &Complex64, mean: &Complex64| [modulus(z - mean), modulus(*z)];
     let take = |mean: &[Complex64], work: &[Complex64], row: &mut [[f64; 2]]| {
         for (e, (z, mean)) in row.iter_mut().zip(work.iter().zip(mean)) {
             *e = both(z, mean);
@@ -60,6 +60,11 @@ pub(crate) fn envelopes_about_mean(radargram: &Radargram) -> Vec<[f64; 2]> {
         .enumerate()
         .for_each(|(trace, row)| take(&mean, &transform.of(radargram.trace(trace)), row));
     out
+}
+
+/// Modulus of a sample; samples are far from the ends of the numbers' range.
+fn modulus(z: Complex64) -> f64 {
+    z.norm_sqr().sqrt()
 }
 
 /// The mean of all traces.
