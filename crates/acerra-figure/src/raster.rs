@@ -43,7 +43,7 @@ pub(super) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>,
     // An encoder made for PNG needs a tenth of zlib's time where neighbours differ, and is slower where they
     // are equal, as in enlarged drawings.
     let encoding = if is_in_runs(rgb, width as usize) {
-        Encoding::Runs(3)
+        Encoding::Runs(4)
     } else {
         Encoding::Gradual
     };
@@ -60,7 +60,7 @@ pub(super) fn encode_png_rgba(
         [width, height],
         png::ColorType::Rgba,
         rgba,
-        Encoding::Runs(2),
+        Encoding::Runs(3),
     )
 }
 

@@ -403,26 +403,31 @@ impl Trial<'_> {
             return Ok(vec![Vec::new(); offsets_s.len()]);
         };
         let moved_m = farthest_m(&known, middle_m);
-        let mut contrasts = vec![Vec::new(); offsets_s.len()];
-        for part in sub_apertures(middle_m.len()) {
+        let of_part = |part: &Range<usize>| {
             let spectrum = part_of(&cleaned.spectrum, part.clone());
             let middle_m = &middle_m[part.clone()];
             let searched = Searched::new(middle_m, &spectrum, self.flight.scene.light_speed_m_s);
             let looks = searched.looks(grid, moved_m)?;
-            let of_part: Vec<Option<f64>> = placed
-                .par_iter()
-                .map(|places_m| match places_m {
-                    Some(places_m) => {
-                        let image = looks.image(&TrialImage {
-                            position_m: &places_m[part.clone()],
-                            beyond_m: 0.0,
-                            grid,
-                        })?;
-                        Ok(Some(contrast(&image)))
-                    }
-                    None => Ok(None),
-                })
-                .collect::<Result<_, OffsetError>>()?;
+            let contrast_at = |places_m: &Option<Vec<[f64; 3]>>| {
+                let Some(places_m) = places_m else {
+                    return Ok(None);
+                };
+                let image = looks.image(&TrialImage {
+                    position_m: &places_m[part.clone()],
+                    beyond_m: 0.0,
+                    grid,
+                })?;
+                Ok(Some(contrast(&image)))
+            };
+            let of_offsets = placed.par_iter().map(contrast_at);
+            of_offsets.collect::<Result<Vec<Option<f64>>, OffsetError>>()
+        };
+        let of_parts: Vec<Vec<Option<f64>>> = sub_apertures(middle_m.len())
+            .par_iter()
+            .map(of_part)
+            .collect::<Result<_, OffsetError>>()?;
+        let mut contrasts = vec![Vec::new(); offsets_s.len()];
+        for of_part in of_parts {
             for (all, contrast) in contrasts.iter_mut().zip(of_part) {
                 all.extend(contrast);
             }

@@ -9,13 +9,9 @@ use super::image::ImageView;
 /// with a limit on their number.
 #[must_use]
 pub fn strongest_maxima(image: &ImageView<'_>, floor_db: f64, most: usize) -> Vec<[f64; 2]> {
-    let of_row = |row: &[Complex32]| {
-        let stronger =
-            |a: Complex32, b: &Complex32| if b.norm_sqr() > a.norm_sqr() { *b } else { a };
-        row.iter().fold(Complex32::ZERO, stronger)
-    };
+    let of_row = |row: &[Complex32]| row.iter().map(|v| v.norm_sqr()).fold(0.0, f32::max);
     let rows = image.values().par_chunks(image.grid().nx);
-    let top = rows.map(|row| of_row(row).norm()).reduce(|| 0.0, f32::max);
+    let top = rows.map(of_row).reduce(|| 0.0, f32::max).sqrt();
     local_maxima(image, f64::from(top) * 10f64.powf(floor_db / 20.0))
         .into_iter()
         .take(most)

@@ -47,6 +47,11 @@ pub(super) struct Grid {
 }
 
 impl Grid {
+    /// Offset of an index, s.
+    pub fn offset_s(self, index: usize) -> f64 {
+        self.start_s + index as f64 * self.step_s
+    }
+
     /// Every `stride`-th offset; the last one lies at the end of the grid or beyond it.
     pub fn every(self, stride: usize) -> Self {
         Self {

@@ -22,7 +22,9 @@ const REFITS: usize = 2;
 /// by a few units about those of all picks.
 const SAMPLE: usize = 500;
 /// Log-likelihood below the best of the coarse grid from which an offset is not tried on the fine one: odds of
-/// 10⁹ to 1.
+/// 10⁵ to 1. A sample of the picks with a wider error separates offsets less than all picks do.
+const IN_QUESTION: f64 = 12.0;
+/// Log-likelihood below others of an offset that is excluded: odds of 10⁹ to 1.
 const OUT_OF_QUESTION: f64 = 20.0;
 /// Standard deviation of errors of the height that last as long as changes of the height, s (1.5 mm): the
 /// lever arm under tilt, and other errors that do not appear in a few independent residuals.
@@ -46,6 +48,9 @@ struct Rough {
     curve: LikelihoodCurve,
     /// Number of picks that are equivalent to one independent pick.
     length: f64,
+    /// The most likely offset, as an index of the grid, and the mixture at it.
+    peak: usize,
+    mixture: Mixture,
 }
 
 /// The residuals of the surface, and statistics of their correlation.
@@ -133,19 +138,39 @@ impl<'a> Fit<'a> {
 
     /// The cue with the error of the residuals re-estimated at the most likely offset, from an initial error.
     pub fn cue(&self, start: Mixture, control: Control<'_>) -> Result<HeightCue, AlignError> {
-        let mut mixture = start;
-        let rough = self.rough(mixture, control)?;
+        let rough = self.rough(start, control)?;
+        let (mut peak, mut mixture) = self.settled(rough.peak, rough.mixture);
         let mut curve = self.curve(mixture, &rough, control)?;
         for _ in 0..REFITS {
-            let peak = curve.peak();
-            let residuals = self.residuals_s(curve.offset_s(peak));
-            mixture = self.agreement.fitted(&residuals, mixture);
-            curve = self.curve(mixture, &rough, control)?;
             if curve.peak() == peak {
                 break;
             }
+            (peak, mixture) = self.settled(curve.peak(), mixture);
+            curve = self.curve(mixture, &rough, control)?;
         }
         Ok(self.judged(curve, mixture))
+    }
+
+    /// The most likely offset of the grid near a given one, and the mixture re-estimated at it.
+    fn settled(&self, mut peak: usize, mut mixture: Mixture) -> (usize, Mixture) {
+        let scratch = &mut Scratch::default();
+        for _ in 0..=REFITS {
+            mixture = self
+                .agreement
+                .fitted(&self.residuals_s(self.grid.offset_s(peak)), mixture);
+            let mut likelihood = |k: &usize| {
+                let residuals = self.each_residual_s(self.grid.offset_s(*k));
+                self.agreement.log_likelihood(residuals, mixture, scratch).0
+            };
+            let near = peak.saturating_sub(COARSE)..(peak + COARSE + 1).min(self.grid.count);
+            let likely = near.map(|k| (k, likelihood(&k)));
+            let best = likely.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
+            if best == Some(peak) {
+                break;
+            }
+            peak = best.unwrap_or(peak);
+        }
+        (peak, mixture)
     }
 
     fn residuals_s(&self, offset_s: f64) -> Vec<f64> {
@@ -179,7 +204,8 @@ impl<'a> Fit<'a> {
             step_s: grid.step_s,
             log_likelihood: found.into_iter().flatten().collect(),
         };
-        let offset_s = curve.offset_s(curve.peak());
+        let peak = (curve.peak() * COARSE).min(self.grid.count - 1);
+        let offset_s = self.grid.offset_s(peak);
         let residuals = self.residuals_s(offset_s);
         let mixture = self.agreement.fitted(&residuals, widened);
         let (_, delay_s) = self.agreement.at_commonest(&residuals, mixture);
@@ -189,7 +215,12 @@ impl<'a> Fit<'a> {
         for l in &mut curve.log_likelihood {
             *l *= stride as f64 / length;
         }
-        Ok(Rough { curve, length })
+        Ok(Rough {
+            curve,
+            length,
+            peak,
+            mixture,
+        })
     }
 
     /// Log-likelihoods of the offsets that a rough likelihood does not exclude; the rough values for the
@@ -201,7 +232,7 @@ impl<'a> Fit<'a> {
         control: Control<'_>,
     ) -> Result<LikelihoodCurve, AlignError> {
         let below = self.below_best_of(&rough.curve);
-        let found = self.curve_where(|k| below[k] <= OUT_OF_QUESTION, mixture, control)?;
+        let found = self.curve_where(|k| below[k] <= IN_QUESTION, mixture, control)?;
         let best = (found.iter().flatten().copied()).fold(f64::NEG_INFINITY, f64::max);
         let as_rough = |k: usize| best - rough.length * below[k];
         let log_likelihood = (found.into_iter().enumerate())
@@ -230,8 +261,7 @@ impl<'a> Fit<'a> {
                 if !is_in_question(k) {
                     return Ok(None);
                 }
-                let offset_s = self.grid.start_s + k as f64 * self.grid.step_s;
-                let residuals = self.each_residual_s(offset_s);
+                let residuals = self.each_residual_s(self.grid.offset_s(k));
                 let found = self.agreement.log_likelihood(residuals, mixture, scratch);
                 Ok(Some(found.0))
             })
