@@ -260,11 +260,7 @@ mod tests {
                 grid,
             };
             assert_eq!(images.serve(&trial), is_held);
-            let moved = PulseArrays {
-                position_m,
-                ..echoes
-            };
-            let expected = images.alone(moved, &trial).unwrap();
+            let expected = images.alone(&trial).unwrap();
             let found = images.image(&trial).unwrap();
             let error = error(&found, &expected);
             assert!(error < 1.5e-2, "{beyond_m} m: {error}");
@@ -299,7 +295,7 @@ mod tests {
                 grid,
             };
             assert!(images.serve(&trial));
-            let expected = images.alone(echoes, &trial).unwrap();
+            let expected = images.alone(&trial).unwrap();
             let error = error(&images.image(&trial).unwrap(), &expected);
             assert!(error < 1.5e-2, "{beyond_m} m: {error}");
         }

@@ -57,7 +57,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Factor by which noise that lasts as long as a regressor raises the variance of a fit, relative to white
+/// Factor by which noise that lasts as long as a regressor, whose correlation length is given, raises the variance of a fit, relative to white
 /// noise of equal variance: the variance of means over the regressor's correlation length, relative to that
 /// of means of white noise. At least 1.
 ///
@@ -105,10 +105,10 @@ mod tests {
             against.push(regressor);
         }
         // Variances 1/12 and 1/12 · 0.01/(1 − 0.95²); over blocks of about 39.
-        let got = variance_inflation(&residual, &against);
+        let got = variance_inflation(&residual, correlation_length(&against));
         assert!((2.0..5.0).contains(&got), "{got}");
         let white: Vec<f64> = (0..4000).map(|_| uniform()).collect();
-        assert!(variance_inflation(&white, &against) < 1.6);
+        assert!(variance_inflation(&white, correlation_length(&against)) < 1.6);
     }
 
     #[test]
