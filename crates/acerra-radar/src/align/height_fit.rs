@@ -44,8 +44,10 @@ pub(super) struct Fit<'a> {
 
 /// A likelihood that excludes some offsets.
 struct Rough {
-    /// Log-likelihoods over `length`.
-    curve: LikelihoodCurve,
+    /// Log-likelihood of each offset below the best, over `length`: with widened errors, which exclude offsets safely.
+    below_wide: Vec<f64>,
+    /// The same with the errors as they are: the values of excluded offsets.
+    below: Vec<f64>,
     /// Number of picks that are equivalent to one independent pick.
     length: f64,
     /// The most likely offset, as an index of the grid, and the mixture at it.
@@ -139,7 +141,7 @@ impl<'a> Fit<'a> {
     /// The cue with the error of the residuals re-estimated at the most likely offset, from an initial error.
     pub fn cue(&self, start: Mixture, control: Control<'_>) -> Result<HeightCue, AlignError> {
         let rough = self.rough(start, control)?;
-        let (mut peak, mut mixture) = self.settled(rough.peak, rough.mixture);
+        let (mut peak, mut mixture) = (rough.peak, rough.mixture);
         let mut curve = self.curve(mixture, &rough, control)?;
         for _ in 0..REFITS {
             if curve.peak() == peak {
@@ -154,21 +156,20 @@ impl<'a> Fit<'a> {
     /// The most likely offset of the grid near a given one, and the mixture re-estimated at it.
     fn settled(&self, mut peak: usize, mut mixture: Mixture) -> (usize, Mixture) {
         let scratch = &mut Scratch::default();
-        for _ in 0..=REFITS {
-            mixture = self
-                .agreement
-                .fitted(&self.residuals_s(self.grid.offset_s(peak)), mixture);
-            let mut likelihood = |k: &usize| {
-                let residuals = self.each_residual_s(self.grid.offset_s(*k));
+        for pass in 0..=REFITS {
+            let mut likelihood = |k: usize| {
+                let residuals = self.each_residual_s(self.grid.offset_s(k));
                 self.agreement.log_likelihood(residuals, mixture, scratch).0
             };
             let near = peak.saturating_sub(COARSE)..(peak + COARSE + 1).min(self.grid.count);
-            let likely = near.map(|k| (k, likelihood(&k)));
+            let likely = near.map(|k| (k, likelihood(k)));
             let best = likely.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
-            if best == Some(peak) {
+            if best == Some(peak) && pass > 0 {
                 break;
             }
             peak = best.unwrap_or(peak);
+            let residuals = self.residuals_s(self.grid.offset_s(peak));
+            mixture = self.agreement.fitted(&residuals, mixture);
         }
         (peak, mixture)
     }
@@ -182,45 +183,53 @@ impl<'a> Fit<'a> {
         picks.map(move |(t, p)| p - self.profile.echo_delay_s(t + offset_s))
     }
 
-    /// The likelihood from a sample of the picks on a coarse grid of offsets, with the error of the residuals
-    /// widened by their change within the grid's spacing.
-    fn rough(&self, mixture: Mixture, control: Control<'_>) -> Result<Rough, AlignError> {
+    /// The likelihoods from a sample of the picks on a coarse grid of offsets: with the error of the residuals widened
+    /// by their change within the grid's spacing, which excludes offsets, and as it is, which gives their values.
+    fn rough(&self, start: Mixture, control: Control<'_>) -> Result<Rough, AlignError> {
         let stride = self.ridge.time_s.len().div_ceil(SAMPLE).max(1);
         let sample = self.ridge.every(stride);
-        let grid = self.grid.every(COARSE);
         let sampled = Fit {
             ridge: &sample,
-            grid,
+            grid: self.grid.every(COARSE),
             ..*self
         };
-        let change_s = 0.5 * grid.step_s * self.profile.fast_echo_rate();
+        let change_s = 0.5 * sampled.grid.step_s * self.profile.fast_echo_rate();
         let widened = Mixture {
-            sigma_s: mixture.sigma_s.hypot(change_s),
-            ..mixture
+            sigma_s: start.sigma_s.hypot(change_s),
+            ..start
         };
-        let found = sampled.curve_where(|_| true, widened, control)?;
-        let mut curve = LikelihoodCurve {
-            start_s: grid.start_s,
-            step_s: grid.step_s,
-            log_likelihood: found.into_iter().flatten().collect(),
-        };
-        let peak = (curve.peak() * COARSE).min(self.grid.count - 1);
+        let [wide, narrow] =
+            [widened, start].map(|mixture| sampled.curve_where(|_| true, mixture, control));
+        let [wide, narrow] =
+            [wide?, narrow?].map(|l| l.into_iter().flatten().collect::<Vec<f64>>());
+        let widest = |a: &usize, b: &usize| wide[*a].total_cmp(&wide[*b]);
+        let peak = (0..wide.len()).max_by(widest).unwrap_or(0) * COARSE;
+        let (peak, mixture) = self.settled(peak.min(self.grid.count - 1), start);
         let offset_s = self.grid.offset_s(peak);
         let residuals = self.residuals_s(offset_s);
-        let mixture = self.agreement.fitted(&residuals, widened);
         let (_, delay_s) = self.agreement.at_commonest(&residuals, mixture);
         let length = self
             .surface(&residuals, [offset_s, delay_s], mixture)
             .length;
-        for l in &mut curve.log_likelihood {
-            *l *= stride as f64 / length;
-        }
+        let at_peak = sampled
+            .agreement
+            .at_commonest(&sampled.residuals_s(offset_s), start);
+        let scale = stride as f64 / length;
         Ok(Rough {
-            curve,
+            below_wide: self.below(&wide, f64::NEG_INFINITY, scale),
+            below: self.below(&narrow, at_peak.0, scale),
             length,
             peak,
             mixture,
         })
+    }
+
+    /// Depth of log-likelihoods on the coarse grid below their best, at each offset the smaller one of both sides.
+    fn below(&self, coarse: &[f64], least_best: f64, scale: f64) -> Vec<f64> {
+        let best = coarse.iter().copied().fold(least_best, f64::max);
+        let at = |k: usize| coarse[k.min(coarse.len() - 1)];
+        let below = |k: usize| scale * (best - at(k / COARSE).max(at(k / COARSE + 1)));
+        (0..self.grid.count).map(below).collect()
     }
 
     /// Log-likelihoods of the offsets that a rough likelihood does not exclude; the rough values for the
@@ -231,10 +240,10 @@ impl<'a> Fit<'a> {
         rough: &Rough,
         control: Control<'_>,
     ) -> Result<LikelihoodCurve, AlignError> {
-        let below = self.below_best_of(&rough.curve);
-        let found = self.curve_where(|k| below[k] <= IN_QUESTION, mixture, control)?;
+        let is_in_question = |k: usize| rough.below_wide[k] <= IN_QUESTION;
+        let found = self.curve_where(is_in_question, mixture, control)?;
         let best = (found.iter().flatten().copied()).fold(f64::NEG_INFINITY, f64::max);
-        let as_rough = |k: usize| best - rough.length * below[k];
+        let as_rough = |k: usize| best - rough.length * rough.below[k].max(IN_QUESTION);
         let log_likelihood = (found.into_iter().enumerate())
             .map(|(k, found)| found.unwrap_or_else(|| as_rough(k)))
             .collect();
@@ -266,18 +275,6 @@ impl<'a> Fit<'a> {
                 Ok(Some(found.0))
             })
             .collect()
-    }
-
-    /// Depth of a likelihood below its best on both sides of each offset.
-    fn below_best_of(&self, curve: &LikelihoodCurve) -> Vec<f64> {
-        let log_likelihood = &curve.log_likelihood;
-        let best = log_likelihood[curve.peak()];
-        let at = |k: usize| log_likelihood[k.min(log_likelihood.len() - 1)];
-        let below = |k: usize| {
-            let before = (k as f64 * self.grid.step_s / curve.step_s) as usize;
-            best - at(before).max(at(before + 1))
-        };
-        (0..self.grid.count).map(below).collect()
     }
 
     /// The residuals of the surface at an offset and a delay (s).
