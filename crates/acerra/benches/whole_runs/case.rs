@@ -19,7 +19,7 @@ pub struct Case {
 
 enum Content {
     Simulated(&'static str),
-    Spectra(fn() -> Spectra),
+    Spectra { pixels: u32, points: usize },
 }
 
 impl Case {
@@ -30,17 +30,31 @@ impl Case {
             is_of_logs: true,
             content: Content::Simulated(scene),
         };
-        let spectra = |name, content| Self {
-            name,
-            is_of_logs: false,
-            content: Content::Spectra(content),
-        };
         [
             logs("track-1", TRACK_1),
             logs("track-2", TRACK_2),
-            spectra("spectra-1000", || Spectra::new(1000, 10)),
-            spectra("spectra-1800", || Spectra::new(1800, 40)),
+            Self::of_spectra("spectra-1000", 1000, 10),
+            Self::of_spectra("spectra-1800", 1800, 40),
         ]
+    }
+
+    /// Images of growing size, with as many points in proportion.
+    pub fn sizes() -> [Self; 4] {
+        [
+            Self::of_spectra("spectra-1000", 1000, 10),
+            Self::of_spectra("spectra-2000", 2000, 40),
+            Self::of_spectra("spectra-4000", 4000, 160),
+            Self::of_spectra("spectra-8000", 8000, 640),
+        ]
+    }
+
+    /// Spectra whose image is `pixels` squared.
+    const fn of_spectra(name: &'static str, pixels: u32, points: usize) -> Self {
+        Self {
+            name,
+            is_of_logs: false,
+            content: Content::Spectra { pixels, points },
+        }
     }
 
     /// Writes logs and campaign into a folder; the campaign's file.
@@ -53,7 +67,7 @@ impl Case {
                 }
                 folder.join("campaign.toml")
             }
-            Content::Spectra(make) => make().write(folder),
+            Content::Spectra { pixels, points } => Spectra::new(pixels, points).write(folder),
         }
     }
 }

@@ -18,6 +18,8 @@ pub struct Cost {
     /// From start to end, and by the processors together.
     whole_s: f64,
     processor_s: f64,
+    /// Largest memory of any stage (MB).
+    memory_mb: f64,
 }
 
 /// Runs `program focus` on a campaign.
@@ -46,18 +48,22 @@ pub fn run(program: &str, campaign: &Path) -> Cost {
         let own = stages.iter().filter(|stage| stage["name"] == name);
         own.filter_map(|stage| stage["seconds"].as_f64()).sum()
     };
+    let memory = stages
+        .iter()
+        .filter_map(|s| s["peak_memory_bytes"].as_f64());
     Cost {
         stages_s: STAGES.map(seconds),
         whole_s,
         processor_s: children_s() - before_s,
+        memory_mb: 1e-6 * memory.fold(0.0, f64::max),
     }
 }
 
 impl Cost {
     /// Head of the table.
     pub const HEAD: &str = "\
-| run | read | position | align | clean | focus | measure | deliver | whole | processor |\n\
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+| run | read | position | align | clean | focus | measure | deliver | whole | processor | memory (MB) |\n\
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
     /// The median of each figure.
     pub fn median(runs: &[Self]) -> Self {
@@ -70,6 +76,7 @@ impl Cost {
             stages_s: std::array::from_fn(|k| of(&|cost| cost.stages_s[k])),
             whole_s: of(&|cost| cost.whole_s),
             processor_s: of(&|cost| cost.processor_s),
+            memory_mb: of(&|cost| cost.memory_mb),
         }
     }
 
@@ -83,7 +90,7 @@ impl Cost {
         {
             row += &format!(" {seconds:.2} |");
         }
-        row
+        row + &format!(" {:.0} |", self.memory_mb)
     }
 
     /// By how much the whole run is faster than another, by the clock and by the processors' time.

@@ -1,8 +1,9 @@
 //! Whole runs of the command, stage by stage: what a user waits for.
 //!
 //! `cargo bench -p acerra --bench whole_runs` prints the table of `docs/speed.md`. Arguments: `runs=5`;
-//! `against=PATH`, another `acerra` that runs in turn with this one; `only=spectra-1000`; `check` fails where a
-//! whole run takes more than its share of the stages that cannot be done without.
+//! `against=PATH`, another `acerra` that runs in turn with this one; `only=spectra-1000`; `sizes` runs images of
+//! growing size instead; `check` fails where a whole run takes more than its share of the stages that cannot be done
+//! without.
 #![allow(clippy::print_stdout, clippy::unwrap_used)] // a program for the page alone
 
 mod case;
@@ -26,10 +27,15 @@ fn main() {
     let other = value("against");
     let only = value("only");
     let is_checked = arguments.iter().any(|a| a == "check");
+    let cases = if arguments.iter().any(|a| a == "sizes") {
+        Case::sizes()
+    } else {
+        Case::all()
+    };
     let folder = tempfile::tempdir().unwrap();
     println!("{}", Cost::HEAD);
     let mut exceeded = Vec::new();
-    for case in Case::all() {
+    for case in cases {
         if only.as_ref().is_some_and(|name| *name != case.name) {
             continue;
         }
