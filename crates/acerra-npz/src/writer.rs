@@ -1,6 +1,6 @@
 //! Writing archives of arrays that NumPy's `load` reads.
 
-use std::io::{self, Seek, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 
 use num_complex::{Complex32, Complex64};
@@ -59,8 +59,50 @@ npy_value!(Complex64, "<c16", 16, complex);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct NpzWriter<W: Write + Seek> {
-    zip: ZipWriter<W>,
+    zip: ZipWriter<UntilError<W>>,
     options: SimpleFileOptions,
+}
+
+/// A writer that discards everything after its first error: an archive dropped after an error ends without a second
+/// one, which `zip` would print.
+struct UntilError<W> {
+    writer: W,
+    has_failed: bool,
+}
+
+impl<W> UntilError<W> {
+    fn noted<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        self.has_failed |= matches!(&result, Err(e) if e.kind() != io::ErrorKind::Interrupted);
+        result
+    }
+}
+
+impl<W: Write> Write for UntilError<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.has_failed {
+            return Ok(bytes.len());
+        }
+        let written = self.writer.write(bytes);
+        self.noted(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.has_failed {
+            return Ok(());
+        }
+        let flushed = self.writer.flush();
+        self.noted(flushed)
+    }
+}
+
+impl<W: Seek> Seek for UntilError<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        if self.has_failed {
+            return Ok(0);
+        }
+        let place = self.writer.seek(to);
+        self.noted(place)
+    }
 }
 
 impl<W: Write + Seek> NpzWriter<W> {
@@ -78,7 +120,10 @@ impl<W: Write + Seek> NpzWriter<W> {
 
     fn with_method(writer: W, method: CompressionMethod) -> Self {
         Self {
-            zip: ZipWriter::new(writer),
+            zip: ZipWriter::new(UntilError {
+                writer,
+                has_failed: false,
+            }),
             options: SimpleFileOptions::default()
                 .compression_method(method)
                 .last_modified_time(zip::DateTime::default()),
@@ -145,15 +190,21 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// Writes the archive's directory.
     ///
     /// # Errors
-    /// Errors of the writer.
+    /// Errors of the writer, also those of an array before.
     pub fn finish(self) -> io::Result<W> {
-        Ok(self.zip.finish()?)
+        let written = self.zip.finish()?;
+        if written.has_failed {
+            return Err(io::Error::other(
+                "the archive is incomplete: an array could not be written",
+            ));
+        }
+        Ok(written.writer)
     }
 }
 
 /// An array being written.
 pub struct ArrayWriter<'a, W: Write + Seek, T> {
-    zip: &'a mut ZipWriter<W>,
+    zip: &'a mut ZipWriter<UntilError<W>>,
     state: ArrayState<T>,
 }
 
@@ -281,4 +332,62 @@ fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
     bytes.extend((text.len() as u16).to_le_bytes());
     bytes.extend(text.as_bytes());
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk that holds so many bytes.
+    struct Disk {
+        written: io::Cursor<Vec<u8>>,
+        most: u64,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            if self.written.position() + bytes.len() as u64 > self.most {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.written.write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for Disk {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.written.seek(to)
+        }
+    }
+
+    #[test]
+    fn an_archive_on_a_full_disk_fails_once_and_is_never_whole() {
+        for most in [0, 40, 1_000, 100_000] {
+            let disk = Disk {
+                written: io::Cursor::default(),
+                most,
+            };
+            let mut npz = NpzWriter::stored(disk);
+            let error = npz
+                .array("x", &[1 << 17], vec![0.5f64; 1 << 17])
+                .unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::StorageFull, "{most}");
+            // Ends the archive as dropping it does.
+            let UntilError { has_failed, writer } = npz.zip.finish().unwrap();
+            assert!(
+                has_failed && writer.written.get_ref().len() as u64 <= most,
+                "{most}"
+            );
+        }
+        let disk = Disk {
+            written: io::Cursor::default(),
+            most: 1_000,
+        };
+        let mut npz = NpzWriter::stored(disk);
+        assert!(npz.array("x", &[1 << 17], vec![0.5f64; 1 << 17]).is_err());
+        assert!(npz.finish().is_err());
+    }
 }
