@@ -63,10 +63,11 @@ pub struct NpzWriter<W: Write + Seek> {
     options: SimpleFileOptions,
 }
 
-/// A writer that discards everything after its first error: an archive dropped after an error ends without a second
-/// one, which `zip` would print.
+/// A writer that only counts after its first error: an archive dropped after an error ends without a second one, which
+/// `zip` would print.
 struct UntilError<W> {
     writer: W,
+    place: u64,
     has_failed: bool,
 }
 
@@ -79,29 +80,35 @@ impl<W> UntilError<W> {
 
 impl<W: Write> Write for UntilError<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.has_failed {
-            return Ok(bytes.len());
-        }
-        let written = self.writer.write(bytes);
-        self.noted(written)
+        let written = match self.has_failed {
+            true => Ok(bytes.len()),
+            false => self.writer.write(bytes),
+        };
+        let written = self.noted(written)?;
+        self.place += written as u64;
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        if self.has_failed {
-            return Ok(());
-        }
-        let flushed = self.writer.flush();
+        let flushed = match self.has_failed {
+            true => Ok(()),
+            false => self.writer.flush(),
+        };
         self.noted(flushed)
     }
 }
 
 impl<W: Seek> Seek for UntilError<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        if self.has_failed {
-            return Ok(0);
-        }
-        let place = self.writer.seek(to);
-        self.noted(place)
+        let place = match (self.has_failed, to) {
+            (false, _) => self.writer.seek(to),
+            (true, SeekFrom::Start(place)) => Ok(place),
+            (true, SeekFrom::Current(by) | SeekFrom::End(by)) => {
+                Ok(self.place.saturating_add_signed(by))
+            }
+        };
+        self.place = self.noted(place)?;
+        Ok(self.place)
     }
 }
 
@@ -122,6 +129,7 @@ impl<W: Write + Seek> NpzWriter<W> {
         Self {
             zip: ZipWriter::new(UntilError {
                 writer,
+                place: 0,
                 has_failed: false,
             }),
             options: SimpleFileOptions::default()
@@ -376,7 +384,9 @@ mod tests {
                 .unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::StorageFull, "{most}");
             // Ends the archive as dropping it does.
-            let UntilError { has_failed, writer } = npz.zip.finish().unwrap();
+            let UntilError {
+                has_failed, writer, ..
+            } = npz.zip.finish().unwrap();
             assert!(
                 has_failed && writer.written.get_ref().len() as u64 <= most,
                 "{most}"

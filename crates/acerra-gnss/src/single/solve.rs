@@ -19,10 +19,9 @@ const LARGEST_STEP_M: f64 = 50e3;
 /// Margin for the non-linearity of the equations, and for a last step of up to 0.1 mm: residuals of metres
 /// are known to a millimetre.
 const PASSING_MARGIN: f64 = 1.01;
-/// Share of the redundant satellites that may be left out with the formal covariance still valid: the remaining
-/// satellites then outnumber, in redundancy, those left out at least twice. Beyond it a wrong set of satellites
-/// agrees by chance.
-const TRUSTED_EXCLUSION: f64 = 1.0 / 3.0;
+/// Share of the redundant satellites from which on a wrong set of satellites may agree by chance: the residuals of all
+/// satellites then scale the covariance.
+const LARGEST_EXCLUSION: f64 = 1.0 / 3.0;
 /// Largest error of a reflected signal (m): gross errors of codes left out do not increase deviations further.
 const LARGEST_REFLECTION_M: f64 = 100.0;
 /// Least redundancy of a satellite, as a share of its variance.
@@ -291,26 +290,26 @@ impl SingleContext<'_> {
     }
 }
 
-/// Factor on the covariance of a position without some satellites: the variance factor of the satellites left where
-/// they contradict each other, and that of all satellites where too many were left out.
+/// Factor on the covariance of a position without some satellites: the variance factor of all satellites, of which those
+/// left out count with the limit of their residuals, or with the residuals themselves where too many were left out.
 fn covariance_factor(repaired: &Converged, of_all: Option<&Converged>) -> f64 {
-    let mut factor: f64 = 1.0;
-    if repaired.is_contradicting() {
-        factor = repaired.variance_factor();
-    }
     let Some(of_all) = of_all else {
-        return factor;
+        return 1.0;
     };
     let satellites = [of_all, repaired].map(|c| c.equations.satellites);
     let left_out = satellites[0].saturating_sub(satellites[1]) as f64;
-    if left_out >= TRUSTED_EXCLUSION * of_all.redundancy() as f64 {
-        let of_satellites = &repaired.equations.rows[..repaired.equations.satellites];
-        let variance_m2 = of_satellites.iter().map(|row| row.variance_m2).sum::<f64>()
-            / of_satellites.len().max(1) as f64;
-        let most = LARGEST_REFLECTION_M.powi(2) / variance_m2;
+    let redundancy = of_all.redundancy() as f64;
+    let limited = repaired.chi_square() + left_out * chi_square_999(1);
+    let mut factor = repaired
+        .variance_factor()
+        .max(limited / redundancy.max(1.0));
+    if left_out >= LARGEST_EXCLUSION * redundancy {
+        let rows = &repaired.equations.rows[..repaired.equations.satellites];
+        let sum_m2: f64 = rows.iter().map(|row| row.variance_m2).sum();
+        let most = LARGEST_REFLECTION_M.powi(2) * rows.len() as f64 / sum_m2;
         factor = factor.max(of_all.variance_factor().min(most));
     }
-    factor
+    factor.max(1.0)
 }
 
 /// Geometric dilution of precision with one clock; infinite when singular.

@@ -72,8 +72,8 @@ fn accuracy(positions: &[Solution]) -> (f64, f64, f64) {
     )
 }
 
-/// Without the repair of contradicting positions half of these epochs have none, and of those that were repaired a tenth
-/// to a third of the coordinates lay within two of their formal deviations.
+/// Of the formal covariances 23 to 41 % of the coordinates lie within two deviations where 40 % of the signals and more are
+/// reflected.
 #[test]
 fn deviations_hold_where_many_signals_are_reflected() {
     let guarded = PpkOptions::default();
@@ -104,7 +104,7 @@ fn deviations_hold_where_many_signals_are_reflected() {
 }
 
 #[test]
-fn a_few_reflected_signals_among_many_leave_deviations_as_they_are() {
+fn a_few_reflected_signals_among_many_hardly_change_deviations() {
     let guarded = PpkOptions::default();
     let (_, _, clean_m) = accuracy(&positions(0.0, 20, &guarded));
     let (within, distance_m, sigma_m) = accuracy(&positions(0.05, 20, &guarded));
