@@ -24,7 +24,7 @@ const POINTS: usize = 4;
 /// Half of the side of the fine image about a maximum (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.25;
 const FINE_PIXEL_M: f64 = 0.025;
-/// Distance from the edge up to which an echo outside may belong to a target on the edge (m).
+/// Least distance from the edge up to which an echo outside may belong to a target on the edge (m).
 const EDGE_M: f64 = 2.0 * FINE_PIXEL_M;
 /// Range cells behind the ground straight below within which an echo may be a residue of the surface's, and
 /// the coherence over the traces that see the echo from which it is a point all the same. The coherence of a
@@ -158,24 +158,26 @@ impl<'a> Surroundings<'a> {
             })
         };
         let view = ImageView::new(&image, self.wide)?;
+        let edge_m = EDGE_M.max(self.wide.pixel_m);
         let is_inside = |place_m| self.is_inside(place_m, 0.0);
         let (mut inside, mut outside) = (Vec::new(), Vec::new());
         for place_m in strongest_maxima(&view, FLOOR_DB, MAXIMA) {
-            // The flank of a target beside the image may be the strongest echo inside.
-            if self.is_inside(place_m, HALF_SIDE_M) {
+            if self.is_inside(place_m, edge_m) {
                 inside.push(place_m);
-            }
-            if !is_inside(place_m) {
+            } else {
                 outside.push(place_m);
             }
         }
+        // Of an image without a maximum above the floor its brightest pixel.
         let inside = &inside[..inside.len().min(POINTS)];
-        let inside = stronger(self.finely(inside, look, is_inside)?)
-            .map_or(0.0, |(_, level)| level)
-            .max(self.brightest_inside(&image));
+        let inside = match stronger(self.finely(inside, look, is_inside)?) {
+            Some((_, level)) => level,
+            None => self.brightest_inside(&image),
+        };
         let outside = &outside[..outside.len().min(LOOKED_AT)];
-        let mut points = self.finely(outside, look, |place_m| !is_inside(place_m))?;
-        points.retain(|(place_m, _)| !self.is_inside(*place_m, EDGE_M) && self.is_point(*place_m));
+        let is_outside = |place_m| !self.is_inside(place_m, edge_m);
+        let mut points = self.finely(outside, look, is_outside)?;
+        points.retain(|(place_m, _)| self.is_point(*place_m));
         Ok(stronger(points).map(|(place_m, level)| Outside {
             place_m,
             above_db: 20.0 * (level / inside.max(f64::MIN_POSITIVE)).log10(),
