@@ -65,11 +65,25 @@ fn extent(target_m: [f64; 2], x_m: [f64; 2], y_m: [f64; 2]) -> Option<Finding> {
 
 #[test]
 fn an_image_without_the_scene_is_doubtful_with_the_place_of_it() {
-    let held = extent(TARGET_M, [-1.0, 1.5], [1.0, 4.0]);
     let agrees = |found: &Finding| found.verdict == Verdict::Agrees;
-    assert!(held.as_ref().is_none_or(agrees), "{held:?}");
-    // Beside the reflector, on the mirrored side, and with the axis negated.
+    // The reflector in the middle, 5 cm inside an edge, and 1 cm outside.
+    for (x_m, y_m) in [
+        ([-1.0, 1.5], [1.0, 4.0]),
+        ([0.25, 1.5], [1.0, 4.0]),
+        ([0.31, 1.5], [1.0, 4.0]),
+        ([-1.0, 1.5], [2.45, 4.0]),
+        ([-1.0, 1.5], [2.51, 4.0]),
+    ] {
+        let held = extent(TARGET_M, x_m, y_m);
+        assert!(held.as_ref().is_none_or(agrees), "{x_m:?} {y_m:?} {held:?}");
+    }
+    // Beside the reflector by metres and by half a metre, on the mirrored side, and with the axis negated.
     let elsewhere = [
+        (TARGET_M, [0.8, 2.5], [1.0, 4.0]),
+        (TARGET_M, [-1.8, -0.2], [1.0, 4.0]),
+        (TARGET_M, [0.5, 2.5], [1.0, 4.0]),
+        (TARGET_M, [-1.0, 1.5], [3.0, 4.0]),
+        (TARGET_M, [-1.0, 1.5], [1.0, 2.0]),
         (TARGET_M, [-3.0, -1.5], [1.0, 4.0]),
         (TARGET_M, [-1.0, 1.5], [-4.0, -1.0]),
         (TARGET_M, [-1.5, 1.0], [-4.0, -1.0]),

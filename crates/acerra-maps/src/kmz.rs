@@ -1,7 +1,7 @@
 //! KMZ (OGC KML 2.3 in a ZIP file): a picture laid over the ground, the track above it, and points.
 
 use std::fmt::Write as _;
-use std::io::{Seek, Write};
+use std::io::{Cursor, Write};
 
 use acerra_geo::geodesy::{Geodetic, ecef_from_geodetic};
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -59,8 +59,9 @@ pub struct OverlayPoint {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_kmz(out: impl Write + Seek, overlay: &Overlay<'_>) -> Result<(), MapError> {
-    let mut zip = ZipWriter::new(out);
+pub fn write_kmz(mut out: impl Write, overlay: &Overlay<'_>) -> Result<(), MapError> {
+    // In memory: `zip` prints the error of a writer that an unfinished archive is dropped with.
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
     let failed = |error: zip::result::ZipError| MapError::Io(error.into());
     zip.start_file("doc.kml", options).map_err(failed)?;
@@ -72,7 +73,8 @@ pub fn write_kmz(out: impl Write + Seek, overlay: &Overlay<'_>) -> Result<(), Ma
         zip.start_file("legend.png", stored).map_err(failed)?;
         zip.write_all(legend)?;
     }
-    zip.finish().map_err(failed)?.flush()?;
+    out.write_all(&zip.finish().map_err(failed)?.into_inner())?;
+    out.flush()?;
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! Writing archives of arrays that NumPy's `load` reads.
 
-use std::io::{self, Seek, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 
 use num_complex::{Complex32, Complex64};
@@ -59,8 +59,57 @@ npy_value!(Complex64, "<c16", 16, complex);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct NpzWriter<W: Write + Seek> {
-    zip: ZipWriter<W>,
+    zip: ZipWriter<UntilError<W>>,
     options: SimpleFileOptions,
+}
+
+/// A writer that only counts after its first error: an archive dropped after an error ends without a second one, which
+/// `zip` would print.
+struct UntilError<W> {
+    writer: W,
+    place: u64,
+    has_failed: bool,
+}
+
+impl<W> UntilError<W> {
+    fn noted<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        self.has_failed |= matches!(&result, Err(e) if e.kind() != io::ErrorKind::Interrupted);
+        result
+    }
+}
+
+impl<W: Write> Write for UntilError<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = match self.has_failed {
+            true => Ok(bytes.len()),
+            false => self.writer.write(bytes),
+        };
+        let written = self.noted(written)?;
+        self.place += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let flushed = match self.has_failed {
+            true => Ok(()),
+            false => self.writer.flush(),
+        };
+        self.noted(flushed)
+    }
+}
+
+impl<W: Seek> Seek for UntilError<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let place = match (self.has_failed, to) {
+            (false, _) => self.writer.seek(to),
+            (true, SeekFrom::Start(place)) => Ok(place),
+            (true, SeekFrom::Current(by) | SeekFrom::End(by)) => {
+                Ok(self.place.saturating_add_signed(by))
+            }
+        };
+        self.place = self.noted(place)?;
+        Ok(self.place)
+    }
 }
 
 impl<W: Write + Seek> NpzWriter<W> {
@@ -78,7 +127,11 @@ impl<W: Write + Seek> NpzWriter<W> {
 
     fn with_method(writer: W, method: CompressionMethod) -> Self {
         Self {
-            zip: ZipWriter::new(writer),
+            zip: ZipWriter::new(UntilError {
+                writer,
+                place: 0,
+                has_failed: false,
+            }),
             options: SimpleFileOptions::default()
                 .compression_method(method)
                 .last_modified_time(zip::DateTime::default()),
@@ -145,15 +198,21 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// Writes the archive's directory.
     ///
     /// # Errors
-    /// Errors of the writer.
+    /// Errors of the writer, also those of an array before.
     pub fn finish(self) -> io::Result<W> {
-        Ok(self.zip.finish()?)
+        let written = self.zip.finish()?;
+        if written.has_failed {
+            return Err(io::Error::other(
+                "the archive is incomplete: an array could not be written",
+            ));
+        }
+        Ok(written.writer)
     }
 }
 
 /// An array being written.
 pub struct ArrayWriter<'a, W: Write + Seek, T> {
-    zip: &'a mut ZipWriter<W>,
+    zip: &'a mut ZipWriter<UntilError<W>>,
     state: ArrayState<T>,
 }
 
@@ -281,4 +340,64 @@ fn header(descr: &str, shape: &[u64]) -> Vec<u8> {
     bytes.extend((text.len() as u16).to_le_bytes());
     bytes.extend(text.as_bytes());
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk that holds so many bytes.
+    struct Disk {
+        written: io::Cursor<Vec<u8>>,
+        most: u64,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            if self.written.position() + bytes.len() as u64 > self.most {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.written.write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for Disk {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.written.seek(to)
+        }
+    }
+
+    #[test]
+    fn an_archive_on_a_full_disk_fails_once_and_is_never_whole() {
+        for most in [0, 40, 1_000, 100_000] {
+            let disk = Disk {
+                written: io::Cursor::default(),
+                most,
+            };
+            let mut npz = NpzWriter::stored(disk);
+            let error = npz
+                .array("x", &[1 << 17], vec![0.5f64; 1 << 17])
+                .unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::StorageFull, "{most}");
+            // Ends the archive as dropping it does.
+            let UntilError {
+                has_failed, writer, ..
+            } = npz.zip.finish().unwrap();
+            assert!(
+                has_failed && writer.written.get_ref().len() as u64 <= most,
+                "{most}"
+            );
+        }
+        let disk = Disk {
+            written: io::Cursor::default(),
+            most: 1_000,
+        };
+        let mut npz = NpzWriter::stored(disk);
+        assert!(npz.array("x", &[1 << 17], vec![0.5f64; 1 << 17]).is_err());
+        assert!(npz.finish().is_err());
+    }
 }

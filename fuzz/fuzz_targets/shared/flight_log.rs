@@ -15,11 +15,12 @@ pub fn check(bytes: &[u8]) {
         .into_iter()
         .chain(gimbals.take(2).map(GimbalChoice::Named))
         .collect();
-    for source in report.sources {
-        for gimbal in &choices {
-            let options = options.clone().with_source(source.name.clone());
-            check_choice(bytes, &options.with_gimbal(gimbal.clone()));
-        }
+    // The bytes choose one of up to 20 combinations: all of them would read every log as often.
+    let sum = bytes.iter().map(|byte| usize::from(*byte)).sum::<usize>();
+    let gimbal = &choices[sum % choices.len()];
+    if let Some(source) = report.sources.get(sum / choices.len() % report.sources.len().max(1)) {
+        let options = options.clone().with_source(source.name.clone());
+        check_choice(bytes, &options.with_gimbal(gimbal.clone()));
     }
 }
 

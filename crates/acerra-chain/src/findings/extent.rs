@@ -24,6 +24,8 @@ const POINTS: usize = 4;
 /// Half of the side of the fine image about a maximum (m), and its pixels (m).
 const HALF_SIDE_M: f64 = 0.25;
 const FINE_PIXEL_M: f64 = 0.025;
+/// Least distance from the edge up to which an echo outside may belong to a target on the edge (m).
+const EDGE_M: f64 = 2.0 * FINE_PIXEL_M;
 /// Range cells behind the ground straight below within which an echo may be a residue of the surface's, and
 /// the coherence over the traces that see the echo from which it is a point all the same. The coherence of a
 /// point is near 1, that of a residue is the share of these traces within a Fresnel zone, a tenth.
@@ -156,20 +158,25 @@ impl<'a> Surroundings<'a> {
             })
         };
         let view = ImageView::new(&image, self.wide)?;
+        let edge_m = EDGE_M.max(self.wide.pixel_m);
+        let is_inside = |place_m| self.is_inside(place_m, 0.0);
         let (mut inside, mut outside) = (Vec::new(), Vec::new());
         for place_m in strongest_maxima(&view, FLOOR_DB, MAXIMA) {
-            if self.is_inside(place_m, 0.0) {
+            if self.is_inside(place_m, edge_m) {
                 inside.push(place_m);
-            } else if !self.is_inside(place_m, 2.0 * HALF_SIDE_M) {
+            } else {
                 outside.push(place_m);
             }
         }
         // Of an image without a maximum above the floor its brightest pixel.
-        let inside = match stronger(self.finely(&inside[..inside.len().min(POINTS)], look)?) {
+        let inside = &inside[..inside.len().min(POINTS)];
+        let inside = match stronger(self.finely(inside, look, is_inside)?) {
             Some((_, level)) => level,
             None => self.brightest_inside(&image),
         };
-        let mut points = self.finely(&outside[..outside.len().min(LOOKED_AT)], look)?;
+        let outside = &outside[..outside.len().min(LOOKED_AT)];
+        let is_outside = |place_m| !self.is_inside(place_m, edge_m);
+        let mut points = self.finely(outside, look, is_outside)?;
         points.retain(|(place_m, _)| self.is_point(*place_m));
         Ok(stronger(points).map(|(place_m, level)| Outside {
             place_m,
@@ -227,11 +234,13 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// The strongest pixels about some places, imaged finely, with their amplitudes.
+    /// The strongest pixels about some places, imaged finely, with their amplitudes; of the pixels only those that
+    /// `is_there` accepts.
     fn finely(
         &self,
         places_m: &[[f64; 2]],
         look: impl Fn(PlaneGrid) -> Result<Vec<Complex32>, ImagingError> + Sync,
+        is_there: impl Fn([f64; 2]) -> bool + Sync,
     ) -> Result<Vec<([f64; 2], f64)>, ImagingError> {
         let finely = |[x_m, y_m]: &[f64; 2]| {
             let about = |v: f64| [v - HALF_SIDE_M, v + HALF_SIDE_M];
@@ -239,8 +248,9 @@ impl<'a> Surroundings<'a> {
             let grid = PlaneGrid::from_ranges(x_m, y_m, self.image.z_m, FINE_PIXEL_M)?;
             let image = look(grid)?;
             let levels = image.iter().map(|v| f64::from(v.norm())).enumerate();
-            let best = levels.max_by(|a, b| a.1.total_cmp(&b.1));
-            Ok(best.map(|(k, level)| ([grid.x_m(k % grid.nx), grid.y_m(k / grid.nx)], level)))
+            let levels =
+                levels.map(|(k, level)| ([grid.x_m(k % grid.nx), grid.y_m(k / grid.nx)], level));
+            Ok(stronger(levels.filter(|(place_m, _)| is_there(*place_m))))
         };
         let places = places_m.par_iter();
         places
@@ -250,7 +260,7 @@ impl<'a> Surroundings<'a> {
 }
 
 /// The place of the greatest amplitude.
-fn stronger(points: Vec<([f64; 2], f64)>) -> Option<([f64; 2], f64)> {
+fn stronger(points: impl IntoIterator<Item = ([f64; 2], f64)>) -> Option<([f64; 2], f64)> {
     points.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
 }
 

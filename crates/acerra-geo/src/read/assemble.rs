@@ -1,7 +1,7 @@
 //! From records in file order to a trajectory: order of time, frame, origin of time.
 
 use super::{ReadError, ReadOptions, ReadReport, ReadWarning, SkipReason};
-use crate::geodesy::EnuFrame;
+use crate::geodesy::{EnuFrame, Geodetic};
 use crate::matrix::{Matrix3, Vector3};
 use crate::time::GpsTime;
 use crate::trajectory::{Fix, Frame, TimeOrigin, Trajectory};
@@ -96,6 +96,17 @@ impl<'a> Assembler<'a> {
             records: Vec::new(),
             report,
         }
+    }
+
+    /// A place whose height counts from the sea, by its height above the ellipsoid; without a geoid there the height is
+    /// left as it is, with a warning.
+    pub fn above_ellipsoid(&mut self, place: Geodetic) -> Geodetic {
+        self.options.above_ellipsoid(place).unwrap_or_else(|| {
+            if !self.report.warnings.contains(&ReadWarning::GeoidHeights) {
+                self.report.warnings.push(ReadWarning::GeoidHeights);
+            }
+            place
+        })
     }
 
     /// Takes a record with a position, of a text of which `read_bytes` are read.

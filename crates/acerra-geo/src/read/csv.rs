@@ -410,16 +410,7 @@ mod tests {
         let stated = "time_s,lat,lon,hae\n0,40.9,14.2,60\n";
         assert!(read(stated, Some(HeightDatum::Sea)).is_err());
         // A grid of the geoid raises heights above the sea: 20 m everywhere here.
-        let mut grid = Vec::new();
-        for value in [30.0_f64, 0.0, 20.0, 30.0] {
-            grid.extend(value.to_be_bytes());
-        }
-        grid.extend(2_i32.to_be_bytes());
-        grid.extend(2_i32.to_be_bytes());
-        grid.extend([20.0_f32; 4].iter().flat_map(|v| v.to_be_bytes()));
-        let mut options = ReadOptions::default();
-        let geoid = crate::geoid::GeoidGrid::from_reader(&grid[..]).expect("a grid");
-        options.geoid = Some(std::sync::Arc::new(geoid));
+        let options = ReadOptions::over_a_flat_geoid(20.0);
         let msl = "time_s,lat,lon,altitude_msl\n0,40.9,14.2,60\n";
         let (track, report) = read_trajectory(msl.as_bytes(), &options)?;
         assert!((track.geodetic().expect("place")[0].height_m - 80.0).abs() < 1e-5);

@@ -368,16 +368,20 @@ impl Log {
             });
         }
         let any_separation = self.positions.iter().any(|p| p.separation_m.is_some());
-        if !any_separation && !self.positions.is_empty() {
-            all.report.warnings.push(ReadWarning::GeoidHeights);
-        }
         for p in self.positions {
             if any_separation && p.separation_m.is_none() {
                 all.skip(SkipReason::NoGeoidSeparation, p.line);
                 continue;
             }
-            let height_m = p.height_above_sea_m + p.separation_m.unwrap_or(0.0);
-            let place = Geodetic::from_degrees(p.latitude_deg, p.longitude_deg, height_m);
+            let above_sea =
+                Geodetic::from_degrees(p.latitude_deg, p.longitude_deg, p.height_above_sea_m);
+            let place = match p.separation_m {
+                Some(separation_m) => Geodetic {
+                    height_m: p.height_above_sea_m + separation_m,
+                    ..above_sea
+                },
+                None => all.above_ellipsoid(above_sea),
+            };
             let mut fix = p.fix;
             fix.position_m = ecef_from_geodetic(&place);
             fix.covariance_m2 = fix
@@ -516,6 +520,22 @@ mod tests {
             assert!((place.height_m - 97.3).abs() < 1e-6);
             assert!(report.warnings.is_empty());
         }
+        Ok(())
+    }
+
+    #[test]
+    fn heights_without_a_separation_are_raised_by_a_geoid() -> Result<(), ReadError> {
+        let text = with_checksum(
+            "GNGGA,120000.00,5316.96100,N,00858.93000,E,4,12,0.7,40.000,M,,M,1.0,0000",
+        );
+        let read = |options| read_trajectory(text.as_bytes(), &options);
+        let height_m = |track: &Trajectory| track.geodetic().expect("on the Earth")[0].height_m;
+        let (track, report) = read(ReadOptions::default())?;
+        assert!((height_m(&track) - 40.0).abs() < 1e-6);
+        assert!(report.warnings.contains(&ReadWarning::GeoidHeights));
+        let (track, report) = read(ReadOptions::over_a_flat_geoid(20.0))?;
+        assert!((height_m(&track) - 60.0).abs() < 1e-5);
+        assert!(!report.warnings.contains(&ReadWarning::GeoidHeights));
         Ok(())
     }
 

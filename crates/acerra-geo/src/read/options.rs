@@ -70,4 +70,21 @@ impl ReadOptions {
         self.rigid_body = Some(name.into());
         self
     }
+
+    /// Options with a geoid that is as high everywhere, from 10° south and west to 70° north and 150° east.
+    #[cfg(test)]
+    #[allow(clippy::expect_used)]
+    pub(super) fn over_a_flat_geoid(height_m: f32) -> Self {
+        let mut grid = Vec::new();
+        for value in [-10.0_f64, -10.0, 20.0, 20.0] {
+            grid.extend(value.to_be_bytes());
+        }
+        grid.extend([5_i32, 9].iter().flat_map(|n| n.to_be_bytes()));
+        grid.extend([height_m; 45].iter().flat_map(|v| v.to_be_bytes()));
+        let geoid = GeoidGrid::from_reader(&grid[..]).expect("a grid");
+        Self {
+            geoid: Some(Arc::new(geoid)),
+            ..Self::default()
+        }
+    }
 }

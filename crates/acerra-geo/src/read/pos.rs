@@ -68,7 +68,16 @@ pub(super) fn read<R: BufRead>(
         };
         digits.take(&w, layout);
         let stamp = Stamp::Gps(time(&line, &w, header.scale.unwrap_or(Scale::Gpst))?);
-        let (fix, deviations_good) = fix(&line, w.get(2..).unwrap_or_default(), layout)?;
+        let (fix, deviations_good) =
+            fix(
+                &line,
+                w.get(2..).unwrap_or_default(),
+                layout,
+                |place| match header.geoid_heights {
+                    true => all.above_ellipsoid(place),
+                    false => place,
+                },
+            )?;
         if !deviations_good {
             let (count, _) = bad_deviations.get_or_insert((0, line.number));
             *count += 1;
@@ -231,7 +240,12 @@ fn utc_shift(reading: GpsTime) -> f64 {
 
 /// The position and the columns after it. For positions on the Earth the result is in ECEF axes. The flag is
 /// false where standard deviations were present but unusable.
-fn fix(line: &Line<'_>, w: &[&str], layout: Layout) -> Result<(Fix, bool), ReadError> {
+fn fix(
+    line: &Line<'_>,
+    w: &[&str],
+    layout: Layout,
+    above_ellipsoid: impl FnOnce(Geodetic) -> Geodetic,
+) -> Result<(Fix, bool), ReadError> {
     let position_words = if layout == Layout::DegreesMinutesSeconds {
         7
     } else {
@@ -273,7 +287,7 @@ fn fix(line: &Line<'_>, w: &[&str], layout: Layout) -> Result<(Fix, bool), ReadE
         }
         Layout::Ecef | Layout::Baseline => None,
     };
-    let local_axes = geodetic.map(EnuFrame::new);
+    let local_axes = geodetic.map(above_ellipsoid).map(EnuFrame::new);
     let mut fix = Fix::new(
         0.0,
         match &local_axes {
@@ -432,6 +446,22 @@ mod tests {
                 }
             }
         }
+        Ok(())
+    }
+
+    #[test]
+    fn geodetic_heights_are_raised_by_a_geoid() -> Result<(), ReadError> {
+        let text = "%  (lat/lon/height=WGS84/geodetic,Q=1:fix,2:float,ns=# of satellites)\n\
+                    %  GPST  latitude(deg) longitude(deg) height(m)  Q  ns\n\
+                    2005/04/02 00:00:00.0 35.132057068 139.624306577 40.0000 1 7\n";
+        let read = |options| read_trajectory(text.as_bytes(), &options);
+        let height_m = |track: &Trajectory| track.geodetic().expect("on the Earth")[0].height_m;
+        let (track, report) = read(ReadOptions::default())?;
+        assert!((height_m(&track) - 40.0).abs() < 1e-6);
+        assert_eq!(report.warnings, [ReadWarning::GeoidHeights]);
+        let (track, report) = read(ReadOptions::over_a_flat_geoid(20.0))?;
+        assert!((height_m(&track) - 60.0).abs() < 1e-5);
+        assert_eq!(report.warnings, []);
         Ok(())
     }
 

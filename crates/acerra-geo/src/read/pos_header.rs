@@ -2,7 +2,7 @@
 
 use super::error::quoted;
 use super::lines::Line;
-use super::{ReadError, ReadReport, ReadWarning};
+use super::{ReadError, ReadReport};
 use crate::geodesy::{Geodetic, ecef_from_geodetic};
 use crate::matrix::{Vector3, norm};
 
@@ -52,6 +52,7 @@ pub(super) struct Header {
     pub scale: Option<Scale>,
     /// Position of the base, ECEF.
     pub base_m: Option<Vector3>,
+    /// Whether heights count from the sea.
     pub geoid_heights: bool,
 }
 
@@ -77,9 +78,6 @@ impl Header {
         }
         if text.starts_with("(lat/lon/height") && text.contains("/geodetic") {
             self.geoid_heights = true;
-            if !report.warnings.contains(&ReadWarning::GeoidHeights) {
-                report.warnings.push(ReadWarning::GeoidHeights);
-            }
         }
         if let Some((scale, layout)) = column_line(&line.text) {
             for (same, what) in [

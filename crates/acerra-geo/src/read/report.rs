@@ -50,7 +50,7 @@ pub struct Skipped {
 pub enum ReadWarning {
     /// The file states neither columns nor time scale.
     NoHeader,
-    /// Heights are above the geoid, not above the ellipsoid.
+    /// Heights are above the sea, and no geoid was given to convert them to heights above the ellipsoid.
     GeoidHeights,
     /// Heights are above the place of take-off, whose height is unknown.
     HeightsAboveTakeOff,
@@ -107,9 +107,10 @@ impl std::fmt::Display for ReadWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoHeader => f.write_str("no header: times taken as GPST"),
-            Self::GeoidHeights => {
-                f.write_str("heights are above the geoid and were taken as above the ellipsoid")
-            }
+            Self::GeoidHeights => f.write_str(
+                "heights are above the sea and were used as heights above the ellipsoid: origin, terrain and maps \
+                 are off by the geoid's height, tens of metres ([image] geoid names a grid of it)",
+            ),
             Self::HeightsAboveTakeOff => f.write_str(
                 "heights are above the place of take-off: the flight's level is off by that place's height",
             ),

@@ -19,6 +19,11 @@ const LARGEST_STEP_M: f64 = 50e3;
 /// Margin for the non-linearity of the equations, and for a last step of up to 0.1 mm: residuals of metres
 /// are known to a millimetre.
 const PASSING_MARGIN: f64 = 1.01;
+/// Share of the redundant satellites from which on a wrong set of satellites may agree by chance: the residuals of all
+/// satellites then scale the covariance.
+const LARGEST_EXCLUSION: f64 = 1.0 / 3.0;
+/// Largest error of a reflected signal (m): gross errors of codes left out do not increase deviations further.
+const LARGEST_REFLECTION_M: f64 = 100.0;
 /// Least redundancy of a satellite, as a share of its variance.
 const LEAST_REDUNDANCY: f64 = 1e-6;
 /// Start of an iteration.
@@ -60,6 +65,25 @@ impl Converged {
             .sum()
     }
 
+    /// Equations beyond those that determine the states.
+    fn redundancy(&self) -> usize {
+        self.equations.rows.len().saturating_sub(STATES)
+    }
+
+    /// Whether the residuals exceed their variances by more than chance allows.
+    fn is_contradicting(&self) -> bool {
+        let redundancy = self.redundancy();
+        redundancy > 0 && self.chi_square() > chi_square_999(redundancy)
+    }
+
+    /// True variances over those assumed, from the residuals; 1 without redundancy.
+    fn variance_factor(&self) -> f64 {
+        match self.redundancy() {
+            0 => 1.0,
+            redundancy => self.chi_square() / redundancy as f64,
+        }
+    }
+
     /// χ² without the equation of one satellite: reduced by v²/(σ² − hᵀQh), with the satellite's residual v
     /// at the position from all satellites and the covariance Q of that position (Cook 1977). `None` where
     /// the other satellites determine no position.
@@ -94,10 +118,14 @@ impl SingleContext<'_> {
         };
         let solved = match (found, checked) {
             (Ok(solved), Ok(())) => solved,
-            (found, Err(failure)) if self.options.raim => self
-                .leave_one_out(epoch, states, start, found.as_ref().ok())
-                .or_else(|| self.best_effort(epoch, states, start))
-                .ok_or(failure)?,
+            (found, Err(failure)) if self.options.raim => {
+                let mut repaired = self
+                    .leave_one_out(epoch, states, start, found.as_ref().ok())
+                    .or_else(|| self.best_effort(epoch, states, start))
+                    .ok_or(failure)?;
+                repaired.covariance *= covariance_factor(&repaired, found.as_ref().ok());
+                repaired
+            }
             (_, Err(failure)) | (Err(failure), _) => return Err(failure),
         };
         let position_ecef_m = solved.position();
@@ -162,7 +190,7 @@ impl SingleContext<'_> {
     fn check(&self, solved: &Converged) -> Result<(), (NotFixedReason, [f64; 3])> {
         let end = solved.position();
         let rows = solved.equations.rows.len();
-        if self.checks_residuals(rows) && solved.chi_square() > chi_square_999(rows - STATES) {
+        if self.checks_residuals(rows) && solved.is_contradicting() {
             return Err((NotFixedReason::SinglePointFailed, end));
         }
         let gdop = gdop(&solved.equations.directions);
@@ -232,8 +260,8 @@ impl SingleContext<'_> {
         best.map(|(_, solved)| solved)
     }
 
-    /// The solution without the satellites with the largest residuals; where the remaining satellites still
-    /// contradict each other, the covariance is scaled by their residuals.
+    /// The solution without the satellites with the largest residuals, until the remaining satellites agree or are
+    /// too few.
     fn best_effort(
         &self,
         epoch: &Epoch,
@@ -242,14 +270,11 @@ impl SingleContext<'_> {
     ) -> Option<Converged> {
         let mut keep = vec![true; epoch.measurements.len()];
         loop {
-            let mut solved = self.converge(epoch, states, start, &keep).ok()?;
+            let solved = self.converge(epoch, states, start, &keep).ok()?;
             let n = solved.equations.satellites;
             let rows = &solved.equations.rows[..n];
-            let square = |r: &Row| r.residual_m * r.residual_m / r.variance_m2;
-            let sum: f64 = rows.iter().map(square).sum();
-            let freedom = solved.equations.rows.len().checked_sub(STATES)?;
-            let contradicting = freedom > 0 && sum > chi_square_999(freedom);
-            if contradicting && n > LEAST_FOR_BEST_EFFORT {
+            if n > LEAST_FOR_BEST_EFFORT && solved.is_contradicting() {
+                let square = |r: &Row| r.residual_m * r.residual_m / r.variance_m2;
                 let worst =
                     (0..n).max_by(|a, b| square(&rows[*a]).total_cmp(&square(&rows[*b])))?;
                 keep[solved.equations.used[worst]] = false;
@@ -260,12 +285,31 @@ impl SingleContext<'_> {
             if rms_m > LARGEST_RMS_M || gdop.is_nan() || gdop > self.options.max_gdop {
                 return None;
             }
-            if contradicting {
-                solved.covariance *= sum / freedom as f64;
-            }
             return Some(solved);
         }
     }
+}
+
+/// Factor on the covariance of a position without some satellites: the variance factor of all satellites, of which those
+/// left out count with the limit of their residuals, or with the residuals themselves where too many were left out.
+fn covariance_factor(repaired: &Converged, of_all: Option<&Converged>) -> f64 {
+    let Some(of_all) = of_all else {
+        return 1.0;
+    };
+    let satellites = [of_all, repaired].map(|c| c.equations.satellites);
+    let left_out = satellites[0].saturating_sub(satellites[1]) as f64;
+    let redundancy = of_all.redundancy() as f64;
+    let limited = repaired.chi_square() + left_out * chi_square_999(1);
+    let mut factor = repaired
+        .variance_factor()
+        .max(limited / redundancy.max(1.0));
+    if left_out >= LARGEST_EXCLUSION * redundancy {
+        let rows = &repaired.equations.rows[..repaired.equations.satellites];
+        let sum_m2: f64 = rows.iter().map(|row| row.variance_m2).sum();
+        let most = LARGEST_REFLECTION_M.powi(2) * rows.len() as f64 / sum_m2;
+        factor = factor.max(of_all.variance_factor().min(most));
+    }
+    factor.max(1.0)
 }
 
 /// Geometric dilution of precision with one clock; infinite when singular.

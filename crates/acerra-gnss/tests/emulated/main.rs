@@ -14,3 +14,4 @@ mod outputs;
 mod products_chain;
 mod single_point_prior;
 mod sky;
+mod street;
