@@ -203,8 +203,8 @@ fn bell(x: f32) -> f32 {
     let f = exponent - (shifted - INTEGER);
     // Taylor's series of 2ᶠ, −½ ≤ f ≤ ½.
     let power = 1.0
-        + f * (0.693_147_2
-            + f * (0.240_226_51
+        + f * (std::f32::consts::LN_2
+            + f * (0.240_226_5
                 + f * (0.055_504_11
                     + f * (0.009_618_13 + f * (0.001_333_356 + f * 0.000_154_035_3)))));
     f32::from_bits(power.to_bits().wrapping_add(shifted.to_bits() << 23))
