@@ -64,6 +64,8 @@ struct Surface {
     rate_length: f64,
     /// Number of picks over which residuals are correlated.
     lasting: f64,
+    /// Number of picks over which the echo stays the surface, or a stray.
+    stay: f64,
     /// Variance of the estimate from few independent residuals, over that from many (Student).
     few: f64,
     /// Number of picks that are equivalent to one independent pick.
@@ -302,6 +304,7 @@ impl<'a> Fit<'a> {
                 });
             }
         }
+        let membership: Vec<f64> = residuals.iter().map(|r| f64::from(is_surface(r))).collect();
         let of_residual = Autocorrelation::of(&residual_s);
         let (lasting, rate_length) = (of_residual.length(), correlation_length(&rate));
         let independent = (residual_s.len() as f64 / of_residual.spread_length()).max(1.0);
@@ -319,6 +322,7 @@ impl<'a> Fit<'a> {
             rate,
             rate_length,
             lasting,
+            stay: correlation_length(&membership),
             few,
             length,
         }
@@ -354,7 +358,9 @@ impl<'a> Fit<'a> {
             correlation_length: surface.length,
             stated_sigma_s: self.profile.stated_error_s()
                 * per_error(&surface.rate, surface.rate_length, surface.few),
-            evidence: explained / surface.lasting.min(self.picks_within(UNRELATED_S)),
+            // Picks of an unrelated echo that stays near the expected fast time are no independent ones.
+            evidence: explained
+                / (surface.lasting.max(surface.stay)).min(self.picks_within(UNRELATED_S)),
             preference: (top - ignorant) / surface.lasting,
             explained,
             envelope: median(&surface.envelope).max(0.0),
