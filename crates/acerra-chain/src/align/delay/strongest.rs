@@ -110,3 +110,60 @@ fn patch_about(grid: PlaneGrid, [x_m, y_m]: [f64; 2]) -> PlaneGrid {
         ..grid
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test that cannot go on has failed
+mod tests {
+    use std::f64::consts::TAU;
+
+    use acerra_radar::Spectrum;
+    use num_complex::Complex64;
+
+    use super::*;
+
+    const LIGHT_SPEED_M_S: f64 = 299_792_458.0;
+
+    #[test]
+    fn patches_between_whole_images_hold_the_strongest_echo() {
+        let position_m: Vec<[f64; 3]> = (0..120)
+            .map(|m| [0.05 * f64::from(m) - 3.0, 0.0, 4.0])
+            .collect();
+        let frequency_hz: Vec<f64> = (0..150).map(|n| 3.2e9 + 1e7 * f64::from(n)).collect();
+        // The stronger of two echoes changes with the delay, as they are seen under different angles.
+        let points = [([-0.4, 1.0], 0.8), ([0.8, 4.2], 1.0), ([0.2, 3.6], 0.5)];
+        let echo = |p: &[f64; 3], f: f64| -> Complex64 {
+            let of_point = |([x_m, y_m], level): &([f64; 2], f64)| {
+                let range_m = (p[0] - x_m).hypot(p[1] - y_m).hypot(p[2]);
+                level * Complex64::cis(-2.0 * TAU * f * range_m / LIGHT_SPEED_M_S)
+            };
+            points.iter().map(of_point).sum()
+        };
+        let values = (position_m.iter())
+            .flat_map(|p| frequency_hz.iter().map(move |f| echo(p, *f)))
+            .collect();
+        let spectrum = Spectrum {
+            time_s: (0..120).map(f64::from).collect(),
+            frequency_hz,
+            values,
+        };
+        let grid = PlaneGrid::from_ranges([-2.0, 2.0], [0.2, 5.5], 0.0, 0.025).unwrap();
+        let scan = DelayScan {
+            position_m: &position_m,
+            spectrum: &spectrum,
+            grid,
+            light_speed_m_s: LIGHT_SPEED_M_S,
+        };
+        let later_s: Vec<f64> = (-11..=11).map(|k| 0.15e-9 * f64::from(k)).collect();
+        let found = scan.strongest_at(&later_s, || Ok(())).unwrap();
+        for (later_s, found) in later_s.iter().zip(&found) {
+            let image = scan.image(*later_s, grid).unwrap();
+            let whole = StrongestEcho::of(&image, grid).unwrap();
+            let off = found.log_power - whole.log_power;
+            assert!(off.abs() < 0.03, "{later_s}: {found:?} {whole:?}");
+        }
+        // At the right delay the strongest echo is that of the strongest point.
+        let [x_m, y_m] = found[11].place_m.unwrap();
+        assert!((x_m - 0.8).hypot(y_m - 4.2) < 0.05, "{:?}", found[11]);
+        assert!(found[11].log_power > found[0].log_power + 0.3);
+    }
+}
