@@ -40,11 +40,7 @@ pub(super) fn height_cues(
     // Between two offsets of the grid the residuals of a climb change by no more than their error.
     let change_s = profile.fast_echo_rate() * grid.step_s;
     let steps = (TYPICAL.sigma_s / change_s).floor().clamp(1.0, COARSE);
-    let coarse = Grid {
-        step_s: steps * grid.step_s,
-        count: (grid.count as f64 / steps).ceil() as usize,
-        ..grid
-    };
+    let coarse = grid.every(steps as usize);
     let mut rough: Vec<HeightCue> = echoes
         .ridges(control)?
         .par_iter()

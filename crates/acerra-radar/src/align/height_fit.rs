@@ -64,8 +64,8 @@ struct Surface {
     rate_length: f64,
     /// Number of picks over which residuals are correlated.
     lasting: f64,
-    /// Number of picks over which the echo stays the surface, or a stray.
-    stay: f64,
+    /// Number of picks over which belonging to the surface is correlated.
+    run_length: f64,
     /// Variance of the estimate from few independent residuals, over that from many (Student).
     few: f64,
     /// Number of picks that are equivalent to one independent pick.
@@ -97,25 +97,26 @@ impl<'a> Fit<'a> {
     /// delays.
     pub fn new(ridge: &'a Ridge, profile: &'a FlightProfile, grid: Grid) -> Self {
         let [from_s, to_s] = grid.delay_s;
-        Self {
-            ridge,
-            profile,
-            grid,
-            agreement: Agreement {
-                chance: 0.5 / (to_s - from_s),
-                delay_s: grid.delay_s,
-            },
-        }
+        Self::with_chance(ridge, profile, grid, 0.5 / (to_s - from_s))
     }
 
     /// A ridge of the strongest echoes within [`APART_S`] of the fast times that a cue gives.
     pub const fn about(ridge: &'a Ridge, profile: &'a FlightProfile, grid: Grid) -> Self {
+        Self::with_chance(ridge, profile, grid, 0.5 / APART_S)
+    }
+
+    const fn with_chance(
+        ridge: &'a Ridge,
+        profile: &'a FlightProfile,
+        grid: Grid,
+        chance: f64,
+    ) -> Self {
         Self {
             ridge,
             profile,
             grid,
             agreement: Agreement {
-                chance: 0.5 / APART_S,
+                chance,
                 delay_s: grid.delay_s,
             },
         }
@@ -322,7 +323,7 @@ impl<'a> Fit<'a> {
             rate,
             rate_length,
             lasting,
-            stay: correlation_length(&membership),
+            run_length: correlation_length(&membership),
             few,
             length,
         }
@@ -358,9 +359,9 @@ impl<'a> Fit<'a> {
             correlation_length: surface.length,
             stated_sigma_s: self.profile.stated_error_s()
                 * per_error(&surface.rate, surface.rate_length, surface.few),
-            // Picks of an unrelated echo that stays near the expected fast time are no independent ones.
+            // While an unrelated echo stays near the expected fast time, its picks are not independent.
             evidence: explained
-                / (surface.lasting.max(surface.stay)).min(self.picks_within(UNRELATED_S)),
+                / (surface.lasting.max(surface.run_length)).min(self.picks_within(UNRELATED_S)),
             preference: (top - ignorant) / surface.lasting,
             explained,
             envelope: median(&surface.envelope).max(0.0),
@@ -387,5 +388,62 @@ impl<'a> Fit<'a> {
             top = top.max(anywhere.at_commonest(picks, mixture).0);
         }
         top
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // a test that cannot go on has failed
+mod tests {
+    use super::super::FlightState;
+    use super::super::profile::STEP_S;
+    use super::*;
+
+    #[test]
+    fn an_echo_near_the_expected_fast_time_for_one_stretch_is_little_evidence() {
+        let state = |t: f64| {
+            Some(FlightState {
+                height_m: 5.0 + 2.0 * (0.5 * t).sin(),
+                speed_m_s: 1.0,
+            })
+        };
+        let profile = FlightProfile::sample([0.0, 80.0], state).unwrap();
+        let grid = Grid {
+            start_s: -5.0,
+            step_s: STEP_S,
+            count: 500,
+            delay_s: [-1e-9, 20e-9],
+        };
+        let start = Mixture {
+            sigma_s: 0.2e-9,
+            stray_share: 0.2,
+        };
+        let evidence = |agrees: &dyn Fn(usize) -> bool| {
+            let mut state = 3_u64;
+            let mut uniform = move || {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+            };
+            let mut ridge = Ridge::default();
+            for k in 0..800 {
+                let t = 10.0 + 0.07 * k as f64;
+                let off_s = if agrees(k) { 0.05e-9 } else { 2.0 * APART_S } * uniform();
+                ridge.time_s.push(t);
+                let fast_time_s = profile.echo_delay_s(t) + 10e-9 + off_s;
+                ridge.fast_time_s.push(fast_time_s);
+                ridge.envelope.push(1.0);
+            }
+            let cue = Fit::about(&ridge, &profile, grid).cue(start, Control::default());
+            let cue = cue.unwrap();
+            assert!((cue.stray_share - 0.75).abs() < 0.1, "{cue:?}");
+            cue.evidence
+        };
+        // A quarter of the picks: every fourth, or those of 14 s.
+        let (spread, stretch) = (evidence(&|k| k % 4 == 0), evidence(&|k| k / 200 == 1));
+        assert!(
+            spread > 100.0 && stretch < 0.2 * spread,
+            "{spread} {stretch}"
+        );
     }
 }

@@ -57,9 +57,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Factor by which noise that lasts as long as a regressor, whose correlation length is given, raises the variance of a fit, relative to white
-/// noise of equal variance: the variance of means over the regressor's correlation length, relative to that
-/// of means of white noise. At least 1.
+/// Factor by which noise that lasts as long as a regressor raises the variance of a fit, relative to white
+/// noise of equal variance: the variance of means over the regressor's correlation length (samples), relative
+/// to that of means of white noise. At least 1.
 ///
 /// Autocorrelations of the residual alone miss a small slow part under much white noise; means over
 /// blocks do not.
