@@ -11,6 +11,8 @@ use crate::time::{Calendar, GpsTime, full_year};
 use crate::trajectory::{Fix, SolutionStatus, TimeOrigin, Trajectory};
 
 const DAY_S: f64 = 86_400.0;
+/// Standard deviations that positions can have, m, as in the other formats.
+const DEVIATIONS_M: std::ops::RangeInclusive<f64> = 0.0..=1e8;
 
 /// The status of GGA's quality; none for "no fix".
 pub(super) const fn status_of_quality(quality: u32) -> Option<SolutionStatus> {
@@ -333,6 +335,9 @@ impl Log {
             return Some(()); // Empty without a fix.
         };
         let sd = [east, north, up];
+        if !sd.iter().all(|sd| DEVIATIONS_M.contains(sd)) {
+            return None;
+        }
         self.deviations = Some((of_day, sd));
         if let Some(last) = self.positions.last_mut()
             && (last.time_s.rem_euclid(DAY_S) - of_day).abs() < 1e-6
@@ -587,6 +592,19 @@ mod tests {
             let with = |axis: usize, sd: f64| sd.hypot(step[axis] / 12f64.sqrt());
             let expected = [with(0, 0.01), with(1, 0.02), with(2, 0.03)];
             assert!(crate::matrix::distance(sd, expected) < 1e-9);
+        }
+        Ok(())
+    }
+
+    /// A deviation that no receiver means makes a sentence a broken one: the position has none.
+    #[test]
+    fn deviations_beyond_all_measure_are_skipped() -> Result<(), ReadError> {
+        for sd in ["9e115", "-0.02"] {
+            let gst = with_checksum(&format!("GNGST,120000.00,1.0,,,,0.020,{sd},0.030"));
+            let (track, report) = read_text(&(gga("120000.00", 4, "57.3") + &gst))?;
+            let (fix, expected) = (&track.fixes()[0], gga("120000.00", 4, "57.3"));
+            assert_eq!(fix, &read_text(&expected)?.0.fixes()[0]);
+            assert_eq!(report.skipped_total(), 1);
         }
         Ok(())
     }
