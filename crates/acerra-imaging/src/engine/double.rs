@@ -6,6 +6,7 @@
 //! every pixel.
 
 use super::level_ways::LevelWays;
+use super::relief_ways::{RUN, ReliefTile, TILE_ROWS};
 use super::tables::build::RangeTable;
 use super::tables::phases::BinPhases;
 use super::tables::spec::TableSpec;
@@ -51,20 +52,24 @@ pub(crate) struct DoubleTables {
 }
 
 /// Fills an image with the values that `values` computes for the points of a piece: parts of rows, `pulses`
-/// contributions to each point. Pieces begin at multiples of [`BLOCK`] columns.
+/// contributions to each point. Pieces begin at multiples of [`BLOCK`] columns and of `together` rows.
 pub(crate) fn image_by_pieces(
     grid: &ImageGrid,
     image: &mut [Complex32],
-    pulses: usize,
+    (pulses, together): (usize, usize),
     meter: &Meter,
     values: impl Fn(&[Vec<[f64; 3]>]) -> Vec<Vec<Complex64>> + Sync,
 ) {
     let columns = grid.columns();
     let total = image.len() / columns.max(1);
     let pieces = PIECES_A_THREAD * rayon::current_num_threads();
-    let rows = (PIECE / columns.max(1)).min(total / pieces).max(1);
+    let rows = (PIECE / columns.max(1))
+        .min(total / pieces)
+        .next_multiple_of(together)
+        .max(together);
+    let strips = total.div_ceil(rows).max(1);
     let length = columns
-        .div_ceil(pieces.div_ceil(total.max(1)))
+        .div_ceil(pieces.div_ceil(strips))
         .next_multiple_of(BLOCK);
     let fill = |[row, column]: [usize; 2], out: &mut [Complex32]| {
         if meter.is_cancelled() {
@@ -86,6 +91,17 @@ pub(crate) fn image_by_pieces(
         let pieces = strip.par_chunks_mut(rows * length).enumerate();
         pieces.for_each(|(piece, out)| fill([k * rows, piece * length], out));
     });
+}
+
+/// Whether rays cross an uneven surface.
+pub(crate) fn has_relief(echoes: &WeightedPulses) -> bool {
+    let ground = echoes.pulses.ground();
+    ground.is_some_and(|ground| ground.level_m().is_none())
+}
+
+/// Rows whose ways are found together.
+pub(crate) fn rows_together(echoes: &WeightedPulses) -> usize {
+    if has_relief(echoes) { TILE_ROWS } else { 1 }
 }
 
 impl DoubleTables {
@@ -162,39 +178,36 @@ impl DoubleTables {
         meter: &Meter,
     ) {
         let level_ways = LevelWays::new(echoes, grid, self.level, self.ray_bytes);
-        image_by_pieces(grid, image, echoes.len(), meter, |parts_m| {
+        let task = (echoes.len(), rows_together(echoes));
+        image_by_pieces(grid, image, task, meter, |parts_m| {
             self.sums(echoes, level_ways.as_ref(), parts_m, || {
                 meter.is_cancelled()
             })
         });
     }
 
-    /// Values at pieces of rows of `grid`, whose ranges the tables hold, in single precision as an image has them;
-    /// once cancelled they have no meaning.
+    /// Values at pieces of `grid`, whose ranges the tables hold, in single precision as an image has them; a piece is a
+    /// list of rows. Once cancelled they have no meaning.
     pub fn values_at(
         &self,
         echoes: &WeightedPulses,
         grid: &ImageGrid,
-        pieces_m: &[Vec<[f64; 3]>],
+        pieces_m: &[Vec<Vec<[f64; 3]>>],
         control: Control,
     ) -> Vec<Vec<Complex32>> {
         let level_ways = LevelWays::new(echoes, grid, self.level, self.ray_bytes);
         let rounded = |v: Complex64| Complex32::new(v.re as f32, v.im as f32);
-        let sums = |piece_m: &Vec<[f64; 3]>| {
-            self.sums(
-                echoes,
-                level_ways.as_ref(),
-                std::slice::from_ref(piece_m),
-                || control.is_cancelled(),
-            )
+        let sums = |piece_m: &Vec<Vec<[f64; 3]>>| {
+            self.sums(echoes, level_ways.as_ref(), piece_m, || {
+                control.is_cancelled()
+            })
         };
         (pieces_m.par_iter().map(sums))
             .map(|sums| sums.into_iter().flatten().map(rounded).collect())
             .collect()
     }
 
-    /// Sums over all pulses at the points of some parts of rows, pulse by pulse, so that the bins of a pulse stay in the
-    /// caches.
+    /// Sums over all pulses at the points of parts of rows that have the same columns.
     fn sums(
         &self,
         echoes: &WeightedPulses,
@@ -204,6 +217,11 @@ impl DoubleTables {
     ) -> Vec<Vec<Complex64>> {
         let zeros = |part_m: &Vec<[f64; 3]>| vec![Complex64::ZERO; part_m.len()];
         let mut sums: Vec<Vec<Complex64>> = parts_m.iter().map(zeros).collect();
+        if has_relief(echoes) {
+            self.add_tiles(echoes, parts_m, &mut sums, is_cancelled);
+            return sums;
+        }
+        // Pulse by pulse, so that the bins of a pulse stay in the caches.
         for pulse in 0..echoes.len() {
             if pulse % PULSES_A_LOOK == 0 && is_cancelled() {
                 break;
@@ -217,6 +235,46 @@ impl DoubleTables {
             }
         }
         sums
+    }
+
+    /// Adds the contributions of all pulses along interpolated rays, tile by tile.
+    fn add_tiles(
+        &self,
+        echoes: &WeightedPulses,
+        parts_m: &[Vec<[f64; 3]>],
+        sums: &mut [Vec<Complex64>],
+        is_cancelled: impl Fn() -> bool,
+    ) {
+        let columns = parts_m.first().map_or(0, Vec::len);
+        for first in (0..echoes.len()).step_by(RUN) {
+            let pulses = first..(first + RUN).min(echoes.len());
+            for (parts_m, sums) in parts_m.chunks(TILE_ROWS).zip(sums.chunks_mut(TILE_ROWS)) {
+                for column in (0..columns).step_by(BLOCK) {
+                    if is_cancelled() {
+                        return;
+                    }
+                    let block = column..(column + BLOCK).min(columns);
+                    let rows_m: Vec<&[[f64; 3]]> = parts_m
+                        .iter()
+                        .map(|part_m| &part_m[block.clone()])
+                        .collect();
+                    let mut of_tile = vec![Complex64::ZERO; rows_m.len() * block.len()];
+                    let tolerance_m = self.tolerance.half_m();
+                    let tolerance_m = (tolerance_m > 0.0).then_some(tolerance_m);
+                    let Some(tile) = ReliefTile::new(echoes, &rows_m, tolerance_m) else {
+                        return;
+                    };
+                    tile.ways(pulses.clone(), |pulse, half_m, weight| {
+                        self.add(pulse, half_m, weight, &mut of_tile);
+                    });
+                    for (sums, of_row) in sums.iter_mut().zip(of_tile.chunks(block.len())) {
+                        for (sum, value) in sums[block.clone()].iter_mut().zip(of_row) {
+                            *sum += value;
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Adds the contribution of a pulse to points of a row along straight lines.
@@ -241,7 +299,7 @@ impl DoubleTables {
         }
     }
 
-    /// Adds the contribution of a pulse to points of a row along interpolated rays.
+    /// Adds the contribution of a pulse to points of a row along tabulated or interpolated rays.
     fn add_along_rays(
         &self,
         echoes: &WeightedPulses,
@@ -250,21 +308,25 @@ impl DoubleTables {
         points_m: &[[f64; 3]],
         sums: &mut [Complex64],
     ) {
-        let row = self.row(pulse);
         for (some, sums) in points_m.chunks(BLOCK).zip(sums.chunks_mut(BLOCK)) {
             let ways = match level_ways {
                 Some(level_ways) => level_ways.ways(echoes, pulse, some),
                 None => Ways::along(echoes, pulse, some, self.tolerance),
             };
-            let halves = ways.half_m.chunks_exact(DELAYS);
-            let weights = ways.weight.chunks_exact(DELAYS);
-            for ((half_m, weight), sums) in halves.zip(weights).zip(sums.chunks_mut(DELAYS)) {
-                let mut ranges_m = [0.0; DELAYS];
-                ranges_m.copy_from_slice(half_m);
-                let profiles = profiles(self.level, &row, &ranges_m);
-                for ((sum, profile), weight) in sums.iter_mut().zip(profiles).zip(weight) {
-                    *sum += profile * weight;
-                }
+            self.add(pulse, &ways.half_m, &ways.weight, sums);
+        }
+    }
+
+    /// Adds the contribution of a pulse at half ways (m) with their weights, as many as there are sums at least.
+    fn add(&self, pulse: usize, half_m: &[f64], weight: &[f64], sums: &mut [Complex64]) {
+        let row = self.row(pulse);
+        let ways = half_m.chunks(DELAYS).zip(weight.chunks(DELAYS));
+        for ((half_m, weight), sums) in ways.zip(sums.chunks_mut(DELAYS)) {
+            let mut ranges_m = [half_m[0]; DELAYS];
+            ranges_m[..half_m.len()].copy_from_slice(half_m);
+            let profiles = profiles(self.level, &row, &ranges_m);
+            for ((sum, profile), weight) in sums.iter_mut().zip(profiles).zip(weight) {
+                *sum += profile * weight;
             }
         }
     }

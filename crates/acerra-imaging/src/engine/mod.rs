@@ -13,6 +13,7 @@ pub(crate) mod planar;
 pub(crate) mod polynomials;
 pub mod reference;
 pub(crate) mod refracted_table;
+pub(crate) mod relief_ways;
 pub(crate) mod tables;
 pub(crate) mod travel_time;
 pub(crate) mod ways;

@@ -39,6 +39,11 @@ impl WayTolerance {
             weight: accuracy.powf(2.0 / 3.0),
         }
     }
+
+    /// Allowed deviation of half the optical length in the middle of a span, m.
+    pub fn half_m(&self) -> f64 {
+        self.half_m
+    }
 }
 
 /// Half ways (m) and weights from a pulse to a block of points.

@@ -443,12 +443,18 @@ impl WeightedPulses<'_> {
     /// losses do not depend on frequency.
     pub fn half_way(&self, pulse: usize, point_m: [f64; 3], step_m: [f64; 3]) -> [f64; 3] {
         let rays = self.pulses.rays(pulse, point_m);
-        let way = self.way_of(pulse, &rays);
         let moved_m = 0.5 * (dot(rays[0].gradient, step_m) + dot(rays[1].gradient, step_m));
+        let [half_m, weight] = self.half_way_along(pulse, &rays);
+        [half_m, weight, moved_m]
+    }
+
+    /// Length and weight of [`WeightedPulses::half_way`] along the rays from transmitter and receiver.
+    pub fn half_way_along(&self, pulse: usize, rays: &[Ray; 2]) -> [f64; 2] {
+        let way = self.way_of(pulse, rays);
         let transmitted = self.pulses.ground().map_or(1.0, |ground| {
             transmitted(ground, &way.soil_m, self.pulses.light_speed_m_s())
         });
-        [way.half_m, way.factor * transmitted, moved_m]
+        [way.half_m, way.factor * transmitted]
     }
 
     /// Eq. (3) at points in double precision; once cancelled, values have no meaning.

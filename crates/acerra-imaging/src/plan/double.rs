@@ -6,7 +6,7 @@ use super::operator::{DoublePlan, margin};
 use super::planner::next_share;
 use super::report::DoubleChoice;
 use super::request::Request;
-use crate::engine::double::DoubleTables;
+use crate::engine::double::{DoubleTables, has_relief};
 use crate::engine::level_ways::LevelWays;
 use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::ways::WayTolerance;
@@ -41,7 +41,7 @@ pub(super) fn double_tables(
     let highest_hz = pulses.frequency_hz().iter().copied().fold(0.0, f64::max);
     let shortest_wave_m = pulses.light_speed_m_s() / highest_hz;
     let mut accuracy = FIRST_SHARE * request.aim * allowed;
-    for _ in 0..ATTEMPTS {
+    for attempt in 1..=ATTEMPTS {
         let Some(spec) = choose_table(pulses, &errors, DEGREE, (accuracy, 0.0)) else {
             return Ok(None);
         };
@@ -52,8 +52,13 @@ pub(super) fn double_tables(
         };
         let bytes = table_bytes + LevelWays::bytes_for(&request.echoes, &request.grid, ray_bytes);
         let level = request.options.level;
-        let tables = (spec, WayTolerance::new(accuracy, shortest_wave_m));
-        let engine = DoubleTables::build(pulses, level, tables, &ranges_m, control)?
+        // Where crossings of uneven ground do not follow from others, every ray is searched for.
+        let tolerance = if attempt == ATTEMPTS && has_relief(&request.echoes) {
+            WayTolerance::EXACT
+        } else {
+            WayTolerance::new(accuracy, shortest_wave_m)
+        };
+        let engine = DoubleTables::build(pulses, level, (spec, tolerance), &ranges_m, control)?
             .with_ray_bytes(ray_bytes);
         let check = compare_values(request, &engine, most_pixels(request), control)?;
         if check.error_bound <= allowed {

@@ -3,7 +3,7 @@
 use super::imaging::ImagingPlan;
 use super::planner::Method;
 use crate::control::Meter;
-use crate::engine::double::DoubleTables;
+use crate::engine::double::{DoubleTables, rows_together};
 use crate::kernel::profile::DELAYS;
 use crate::sampling::{Random, best_of_two};
 use acerra_control::Control;
@@ -35,7 +35,7 @@ impl ImagingPlan<'_> {
     /// Estimated seconds of the engine in double precision, from some rows.
     fn time_double(&self, tables: &DoubleTables, control: Control) -> f64 {
         let (echoes, grid) = (&self.request.echoes, &self.request.grid);
-        let rows = rayon::current_num_threads().min(grid.rows());
+        let rows = (rayon::current_num_threads() * rows_together(echoes)).min(grid.rows());
         let mut image = vec![Complex32::ZERO; rows * grid.columns()];
         let meter = Meter::silent(control);
         let work = || tables.run(echoes, grid, &mut image, &meter);

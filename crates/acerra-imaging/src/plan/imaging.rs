@@ -172,10 +172,12 @@ impl<'a> ImagingPlan<'a> {
             Method::Direct(direct) => direct.run(echoes, grid, image, &meter)?,
             Method::Factorized(factorized) => factorized.run(echoes, grid, image, &meter)?,
             Method::Double(tables) => tables.run(echoes, grid, image, &meter),
-            Method::Reference => image_by_pieces(grid, image, echoes.len(), &meter, |parts_m| {
-                let sums = |part_m: &Vec<_>| echoes.adjoint_at(part_m, || meter.is_cancelled());
-                parts_m.iter().map(sums).collect()
-            }),
+            Method::Reference => {
+                image_by_pieces(grid, image, (echoes.len(), 1), &meter, |parts_m| {
+                    let sums = |part_m: &Vec<_>| echoes.adjoint_at(part_m, || meter.is_cancelled());
+                    parts_m.iter().map(sums).collect()
+                });
+            }
         }
         Ok(control.check()?)
     }

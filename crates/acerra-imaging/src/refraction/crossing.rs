@@ -85,7 +85,11 @@ impl Stack {
 
     /// The ray that covers `distance_m` horizontally.
     pub fn ray(&self, distance_m: f64) -> StackRay {
-        let slope = self.slope(distance_m);
+        self.ray_of_slope(self.slope(distance_m), distance_m)
+    }
+
+    /// The ray of the slope tan θ in air, which covers `distance_m` horizontally.
+    pub fn ray_of_slope(&self, slope: f64, distance_m: f64) -> StackRay {
         let cosine = 1.0 / (1.0 + slope * slope).sqrt();
         let p = slope * cosine;
         // p L + Σ z √(n² − p²) is stationary in p at the ray.

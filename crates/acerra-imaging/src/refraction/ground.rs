@@ -2,7 +2,7 @@
 
 use super::crossing::Stack;
 use super::ray::{MAX_LAYERS, Ray};
-use super::relief::Relief;
+use super::relief::{Relief, Search};
 use super::soil::Soil;
 use crate::checks::check_positive;
 use crate::error::ImagingError;
@@ -155,6 +155,14 @@ impl Ground {
         match self.surface {
             Surface::Level { z_m } => Some(z_m),
             Surface::Relief(_) => None,
+        }
+    }
+
+    /// The search for the crossing of a ray to a point below the surface; `None` where the surface is level.
+    pub(crate) fn crossings(&self, antenna_m: [f64; 3], point_m: [f64; 3]) -> Option<Search<'_>> {
+        match &self.surface {
+            Surface::Relief(relief) => Some(relief.search(self.index[0], antenna_m, point_m)),
+            Surface::Level { .. } => None,
         }
     }
 

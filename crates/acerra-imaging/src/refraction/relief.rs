@@ -28,8 +28,10 @@ pub struct Facet {
     pub curvature: [f64; 3],
 }
 
-/// Places along the horizontal line through antenna and point from which the crossing is searched.
+/// Places along the horizontal line through antenna and point from which the crossing is searched, and as many these to
+/// either side of each.
 const STARTS: usize = 25;
+const ASIDE: usize = 12;
 /// The samples reach this many depths of the point from the point towards the antenna, or to the crossing of
 /// a ray at the critical angle of level ground, with a margin for slopes.
 const REACH_DEPTHS: f64 = 4.0;
@@ -37,10 +39,12 @@ const CRITICAL_ROOM: f64 = 2.0;
 /// Share of the reach by which the samples extend beyond the point, and beyond the antenna.
 const BEYOND: f64 = 0.25;
 /// Number of the earliest local minima among the samples that are refined.
-const REFINED: usize = 3;
+const REFINED: usize = 6;
 /// The gain by refining a minimum is assumed to be at most this multiple of the gain predicted for the first
 /// step.
 const GAIN_ROOM: f64 = 4.0;
+/// Share of the distance of two crossings by which the crossing between them may be beside the straight line.
+const STEP_SHARE: f64 = 0.25;
 /// Steps of a search, and halvings of a step that leads to a later crossing.
 const MOST_STEPS: usize = 40;
 /// Least gain of a step, as a share of the optical length: a crossing is then found to some 10⁻⁷ of the
@@ -165,64 +169,101 @@ impl Relief {
     }
 
     /// The earliest ray from an antenna above the surface to a point below it, in soil of refractive index `n`.
-    ///
-    /// The minimum about the crossing of level ground is refined by Newton's method on the surface. Strips of the ground
-    /// across the vertical plane through antenna and point are left out where no crossing of any height can be earlier;
-    /// in the others local minima along that plane are refined as well. The earliest arrival is used. Spreading and
-    /// transmission are computed for the tangent plane.
+    /// Spreading and transmission are computed for the tangent plane.
     #[must_use]
     pub fn ray(&self, n: f64, antenna_m: [f64; 3], point_m: [f64; 3]) -> Ray {
-        let search = Search {
+        let search = self.search(n, antenna_m, point_m);
+        search.ray(search.earliest())
+    }
+
+    pub(crate) fn search(&self, n: f64, antenna_m: [f64; 3], point_m: [f64; 3]) -> Search<'_> {
+        Search {
             relief: self,
             n,
             antenna_m,
             point_m,
-        };
+        }
+    }
+}
+
+impl Search<'_> {
+    /// The crossing of the earliest ray.
+    ///
+    /// The minimum about the crossing of level ground is refined by Newton's method on the surface. Places about the
+    /// vertical plane through antenna and point are sampled where a crossing of any height could be earlier, and the
+    /// earliest local minima among the samples are refined as well. The earliest arrival is used.
+    pub fn earliest(&self) -> [f64; 2] {
+        let Self {
+            relief,
+            n,
+            antenna_m,
+            point_m,
+        } = *self;
         let towards_m = [0, 1].map(|axis| antenna_m[axis] - point_m[axis]);
         let distance_m = towards_m[0].hypot(towards_m[1]);
         let towards = match distance_m {
             0.0 => [1.0, 0.0],
             _ => towards_m.map(|v| v / distance_m),
         };
-        let at = |offset_m: f64| [0, 1].map(|axis| point_m[axis] + offset_m * towards[axis]);
-        let surface_m = self.height_m([point_m[0], point_m[1]]);
+        let surface_m = relief.height_m([point_m[0], point_m[1]]);
         let depth_m = (surface_m - point_m[2]).max(0.0);
         let height_m = (antenna_m[2] - surface_m).max(1e-12);
         // The straight line's crossing, moved towards the point as refraction does near the vertical.
         let start_m = distance_m * depth_m / (n * (height_m + depth_m));
-        let mut best = search.refine(at(start_m));
+        let start = [0, 1].map(|axis| point_m[axis] + start_m * towards[axis]);
+        let mut best = self.refine(start);
         let critical = CRITICAL_ROOM / (n * n - 1.0).max(1e-6).sqrt();
         let reach_m = distance_m.min(depth_m * REACH_DEPTHS.max(critical));
         let margin_m = BEYOND * reach_m.max(depth_m);
         let step_m = (reach_m + 2.0 * margin_m) / (STARTS - 1) as f64;
         let offset_m = |k: usize| k as f64 * step_m - margin_m;
-        let mut along = [f64::INFINITY; STARTS];
-        for (k, length_m) in along.iter_mut().enumerate() {
-            if search.least_m(distance_m, offset_m(k), 0.5 * step_m) < best.1 {
-                *length_m = search.optical_m(at(offset_m(k)));
+        let at = |k: usize, j: usize| {
+            let aside_m = (j as f64 - ASIDE as f64) * step_m;
+            let along_m = offset_m(k);
+            [
+                point_m[0] + along_m * towards[0] - aside_m * towards[1],
+                point_m[1] + along_m * towards[1] + aside_m * towards[0],
+            ]
+        };
+        // Lengths over the plane's samples, with a margin all around.
+        let mut length_m = [[f64::INFINITY; 2 * ASIDE + 3]; STARTS + 2];
+        for (k, lengths_m) in length_m[1..=STARTS].iter_mut().enumerate() {
+            for aside in 0..=ASIDE {
+                let aside_m = aside as f64 * step_m;
+                let least_m = self.least_m(distance_m, [offset_m(k), aside_m], 0.5 * step_m);
+                if least_m >= best.1 {
+                    break;
+                }
+                for j in [ASIDE - aside, ASIDE + aside] {
+                    lengths_m[j + 1] = self.optical_m(at(k, j));
+                }
             }
         }
-        let is_minimum = |k: &usize| {
-            along[*k].is_finite()
-                && (*k == 0 || along[*k] <= along[*k - 1])
-                && (*k + 1 == STARTS || along[*k] <= along[*k + 1])
-        };
-        let mut minima = [0; STARTS];
-        let mut count = 0;
-        for k in (0..STARTS).filter(is_minimum) {
-            minima[count] = k;
-            count += 1;
+        let mut minima = [(f64::INFINITY, [0.0; 2]); REFINED];
+        for (k, rows) in length_m.windows(3).enumerate() {
+            for j in 0..=2 * ASIDE {
+                let here_m = rows[1][j + 1];
+                // Corners are left out: valleys may be oblique.
+                let about_m = [rows[0][j + 1], rows[1][j], rows[1][j + 2], rows[2][j + 1]];
+                let is_minimum = || about_m.iter().all(|length_m| here_m <= *length_m);
+                if here_m < minima[REFINED - 1].0 && is_minimum() {
+                    let place = minima.partition_point(|(length_m, _)| *length_m <= here_m);
+                    minima[place..].rotate_right(1);
+                    minima[place] = (here_m, at(k, j));
+                }
+            }
         }
-        let minima = &mut minima[..count];
-        minima.sort_by(|a, b| along[*a].total_cmp(&along[*b]));
-        for k in minima.iter().take(REFINED) {
-            let (_, gain) = search.newton_step(at(offset_m(*k)));
-            if along[*k] - GAIN_ROOM * gain < best.1 {
-                let found = search.refine(at(offset_m(*k)));
+        for (length_m, place) in minima
+            .into_iter()
+            .filter(|(length_m, _)| length_m.is_finite())
+        {
+            let newton = self.newton_step(place);
+            if !newton.is_convex || length_m - GAIN_ROOM * newton.gain_m < best.1 {
+                let found = self.refine(place);
                 best = if found.1 < best.1 { found } else { best };
             }
         }
-        search.ray(best.0)
+        best.0
     }
 }
 
@@ -260,8 +301,18 @@ fn keys(t: f64, per_m: f64) -> [[f64; 4]; 3] {
     ]
 }
 
+/// A step of Newton's method.
+#[derive(Debug, Clone, Copy)]
+struct Newton {
+    step_m: [f64; 2],
+    /// Gain predicted for the step, m.
+    gain_m: f64,
+    is_convex: bool,
+}
+
 /// The search for a crossing point.
-struct Search<'a> {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Search<'a> {
     relief: &'a Relief,
     n: f64,
     antenna_m: [f64; 3],
@@ -275,12 +326,17 @@ impl Search<'_> {
         norm(down) + self.n * norm(on)
     }
 
-    /// Lower bound of the optical length through a strip across the plane of antenna and point, which are `distance_m`
-    /// apart: the strip reaches `half_m` to either side of `offset_m` from the point, at any height of the surface (m).
-    fn least_m(&self, distance_m: f64, offset_m: f64, half_m: f64) -> f64 {
+    /// Lower bound of the optical length through places about the vertical plane of antenna and point, which are
+    /// `distance_m` apart: they are within `half_m` of `offset_m` from the point along the plane, and at least as far from
+    /// the plane as `aside_m` less `half_m`, at any height of the surface (m).
+    fn least_m(&self, distance_m: f64, [offset_m, aside_m]: [f64; 2], half_m: f64) -> f64 {
         let [lowest_m, highest_m] = self.relief.span_m();
-        let below_m = (offset_m.abs() - half_m).max(0.0);
-        let above_m = ((distance_m - offset_m).abs() - half_m).max(0.0);
+        let beside_m = (aside_m - half_m).max(0.0);
+        let far_m = |along_m: f64| {
+            let along_m = (along_m.abs() - half_m).max(0.0);
+            (along_m * along_m + beside_m * beside_m).sqrt()
+        };
+        let (below_m, above_m) = (far_m(offset_m), far_m(distance_m - offset_m));
         let lengths_m = |antenna_over_m: f64, point_under_m: f64| {
             let [up_m, down_m] = [antenna_over_m, point_under_m].map(|m| m.max(0.0));
             let a = (above_m * above_m + up_m * up_m).sqrt();
@@ -308,8 +364,12 @@ impl Search<'_> {
     fn refine(&self, start: [f64; 2]) -> ([f64; 2], f64) {
         let (mut place, mut length) = (start, self.optical_m(start));
         for _ in 0..MOST_STEPS {
-            let (step, gain) = self.newton_step(place);
-            if gain < LEAST_GAIN * length {
+            let Newton {
+                step_m: step,
+                gain_m,
+                ..
+            } = self.newton_step(place);
+            if gain_m < LEAST_GAIN * length {
                 break;
             }
             let (mut share, mut moved) = (1.0, false);
@@ -329,9 +389,8 @@ impl Search<'_> {
         (place, length)
     }
 
-    /// Newton's step towards a smaller optical length (steepest descent where the length is not convex), and
-    /// the gain predicted for the step (m).
-    fn newton_step(&self, place: [f64; 2]) -> ([f64; 2], f64) {
+    /// Newton's step towards a smaller optical length, steepest descent where the length is not convex.
+    fn newton_step(&self, place: [f64; 2]) -> Newton {
         let facet = self.relief.at(place);
         let (down, on) = self.legs([place[0], place[1], facet.height_m]);
         let (a, b) = (norm(down).max(1e-12), norm(on).max(1e-12));
@@ -352,7 +411,8 @@ impl Search<'_> {
             second(u, u, facet.curvature[2]),
         ];
         let determinant = xx * yy - xy * xy;
-        let step = if xx > 0.0 && determinant > 1e-12 * xx * yy {
+        let is_convex = xx > 0.0 && determinant > 1e-12 * xx * yy;
+        let step_m = if is_convex {
             [
                 -(yy * gradient[0] - xy * gradient[1]) / determinant,
                 -(xx * gradient[1] - xy * gradient[0]) / determinant,
@@ -360,12 +420,35 @@ impl Search<'_> {
         } else {
             gradient.map(|g| -g * a.min(b))
         };
-        let gain = -0.5 * (gradient[0] * step[0] + gradient[1] * step[1]);
-        (step, gain)
+        Newton {
+            step_m,
+            gain_m: -0.5 * (gradient[0] * step_m[0] + gradient[1] * step_m[1]),
+            is_convex,
+        }
+    }
+
+    /// A crossing between the crossings `ends` of earliest rays nearby, `share` of the way from the first to the second.
+    ///
+    /// Where both belong to one minimum of the optical length, the crossing between them is a step of Newton's method
+    /// away, and the length behind that step deviates by less than the step gains, which must be below `tolerance_m`.
+    /// Elsewhere the minima about both ends and about the place between them are refined, and the earliest is used.
+    pub fn between(&self, ends: [[f64; 2]; 2], share: f64, tolerance_m: f64) -> [f64; 2] {
+        let [from, to] = ends;
+        let apart = [to[0] - from[0], to[1] - from[1]];
+        let start = [from[0] + share * apart[0], from[1] + share * apart[1]];
+        let newton = self.newton_step(start);
+        let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
+        let is_near = square(newton.step_m) <= STEP_SHARE * STEP_SHARE * square(apart) + 1e-12;
+        if newton.is_convex && newton.gain_m <= tolerance_m && is_near {
+            return [start[0] + newton.step_m[0], start[1] + newton.step_m[1]];
+        }
+        let refined = [start, from, to].map(|place| self.refine(place));
+        let earlier = |a: ([f64; 2], f64), b: ([f64; 2], f64)| if b.1 < a.1 { b } else { a };
+        refined.into_iter().fold(refined[0], earlier).0
     }
 
     /// The ray through a place of the surface.
-    fn ray(&self, place: [f64; 2]) -> Ray {
+    pub fn ray(&self, place: [f64; 2]) -> Ray {
         let facet = self.relief.at(place);
         let (down, on) = self.legs([place[0], place[1], facet.height_m]);
         let [a, b] = [norm(down), norm(on)];
@@ -374,8 +457,8 @@ impl Search<'_> {
         let normal = [-slope_x / upright, -slope_y / upright, 1.0 / upright];
         // Heights above and below the tangent plane, and the distance along it.
         let [above, below] = [-dot(down, normal), -dot(on, normal)].map(|h| h.max(1e-9));
-        let distance_m =
-            (a * a - above * above).max(0.0).sqrt() + (b * b - below * below).max(0.0).sqrt();
+        let air_m = (a * a - above * above).max(0.0).sqrt();
+        let along_soil_m = (b * b - below * below).max(0.0).sqrt();
         let mut stack = Stack {
             height_m: above,
             depth_m: [0.0; MAX_LAYERS],
@@ -390,7 +473,9 @@ impl Search<'_> {
             soil_m,
             departure: down.map(|v| v / a.max(1e-12)),
             gradient: on.map(|v| self.n * v / b.max(1e-12)),
-            amplitude: stack.ray(distance_m).amplitude,
+            amplitude: stack
+                .ray_of_slope(air_m / above, air_m + along_soil_m)
+                .amplitude,
         }
     }
 }
@@ -497,8 +582,9 @@ mod tests {
                 uniform(&mut random, 0.0, 0.1),
             );
             let within_m = uniform(&mut random, -half_m, half_m);
-            let place = [offset_m + within_m, uniform(&mut random, -0.1, 0.1)];
-            let least_m = search.least_m(distance_m, offset_m, half_m);
+            let place = [offset_m + within_m, uniform(&mut random, -0.3, 0.3)];
+            let aside_m = place[1].abs() + uniform(&mut random, -0.1, half_m);
+            let least_m = search.least_m(distance_m, [offset_m, aside_m], half_m);
             let spare_m = search.optical_m(place) - least_m;
             assert!(spare_m > -1e-12, "{spare_m}");
             closest = closest.min(spare_m);

@@ -3,7 +3,7 @@
 use super::places::{Deviation, Place, brightest, judged_apart, patches};
 use crate::engine::batches::Imager;
 use crate::engine::direct::Direct;
-use crate::engine::double::DoubleTables;
+use crate::engine::double::{DoubleTables, rows_together};
 use crate::engine::factorized::merged::Factorized;
 use crate::engine::factorized::spec::FactorizedSpec;
 use crate::engine::ways::BLOCK;
@@ -159,11 +159,11 @@ pub(in crate::plan) fn compare_pixels(
     Ok((judged_in_pairs(&found), shares(tally)))
 }
 
-/// Random pixels that are compared in a block of a row: rays to the whole block are traced for the first.
+/// Random pixels that are compared in a block of one or several rows, at least: rays to the whole block are traced for
+/// the first.
 const OF_BLOCK: usize = 4;
 
-/// Compares values in double precision at random pixels, and at the brightest pixel of the block of a row
-/// about each of these.
+/// Compares values in double precision at random pixels, and at as many that are the brightest of a part of their block.
 pub(in crate::plan) fn compare_values(
     request: &Request,
     tables: &DoubleTables,
@@ -172,23 +172,38 @@ pub(in crate::plan) fn compare_values(
 ) -> Result<SelfCheck, ImagingError> {
     let (grid, echoes) = (&request.grid, &request.echoes);
     let mut random = Random(0x0d0b_1e00);
-    let places: Vec<[usize; 2]> = (0..pixels.div_ceil(2 * OF_BLOCK))
-        .map(|_| [random.below(grid.columns()), random.below(grid.rows())])
+    let together = rows_together(echoes);
+    let mut blocks: Vec<[usize; 2]> = (0..pixels.div_ceil(2 * OF_BLOCK))
+        .map(|_| {
+            [
+                random.below(grid.columns()) / BLOCK,
+                random.below(grid.rows()) / together,
+            ]
+        })
         .collect();
-    let piece_m = |[column, row]: &[usize; 2]| -> Vec<[f64; 3]> {
-        let first = column / BLOCK * BLOCK;
-        let columns = first..(first + BLOCK).min(grid.columns());
-        columns.map(|i| grid.point_m(i, *row)).collect()
+    blocks.sort_unstable();
+    blocks.dedup();
+    let of_block = pixels.div_ceil(2 * blocks.len().max(1));
+    let block_m = |[across, along]: &[usize; 2]| -> Vec<Vec<[f64; 3]>> {
+        let part = |k: usize, size: usize, end: usize| k * size..((k + 1) * size).min(end);
+        let columns = part(*across, BLOCK, grid.columns());
+        let row_m = |j: usize| columns.clone().map(|i| grid.point_m(i, j)).collect();
+        part(*along, together, grid.rows()).map(row_m).collect()
     };
-    let pieces_m: Vec<Vec<[f64; 3]>> = places.iter().map(piece_m).collect();
-    let values = tables.values_at(echoes, grid, &pieces_m, control);
-    let compared: Vec<Pixel> = (pieces_m.iter().zip(&values))
-        .flat_map(|(points_m, values)| {
-            let bright = brightest(values);
-            let drawn: Vec<usize> = (0..OF_BLOCK)
-                .flat_map(|_| [random.below(values.len()), bright])
+    let blocks_m: Vec<Vec<Vec<[f64; 3]>>> = blocks.iter().map(block_m).collect();
+    let values = tables.values_at(echoes, grid, &blocks_m, control);
+    let compared: Vec<Pixel> = (blocks_m.iter().zip(&values))
+        .flat_map(|(rows_m, values)| {
+            let points_m = rows_m.concat();
+            let share = values.len().div_ceil(of_block);
+            let drawn: Vec<usize> = (0..of_block)
+                .flat_map(|k| {
+                    let first = (k * share).min(values.len() - 1);
+                    let part = &values[first..(first + share).min(values.len())];
+                    [random.below(values.len()), first + brightest(part)]
+                })
                 .collect();
-            drawn.into_iter().map(|k| (points_m[k], values[k]))
+            drawn.into_iter().map(move |k| (points_m[k], values[k]))
         })
         .collect();
     let found = deviations(echoes, &compared, control);
