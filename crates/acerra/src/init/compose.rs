@@ -12,7 +12,7 @@ use anyhow::{bail, ensure};
 
 use super::answers::Answers;
 use super::gnss::{Pair, pair};
-use super::ground::{ANTENNA_HEIGHT_M, OnGround};
+use super::ground::{ANTENNA_HEIGHT_M, Heights, OnGround};
 use super::lines::{antennas_apart, distinct, files_key, way_said};
 use super::logs::{Logs, RadarInput};
 use super::named_in;
@@ -152,8 +152,11 @@ fn of_lines(radar: &[&RadarInput], logs: &Logs, folder: &Path) -> anyhow::Result
          Lines that are not evenly spaced have a table, lines = [{{ file, start_m, end_m }}, …]{area}{}",
         soil_question(ground.as_ref())
     ));
-    (campaign.filled).push(Filled::remark("radar.line_start_m", said));
-    campaign.asks_antennas(radar, ground.as_ref());
+    let asked = ["start", "end", "step"].map(|of| format!("radar.line_{of}_m"));
+    campaign
+        .filled
+        .extend(asked.map(|key| Filled::remark(&key, &said)));
+    campaign.with_direct_wave(radar, ground.as_ref());
     campaign
         .filled
         .extend(ground.iter().flat_map(OnGround::below_lines));
@@ -322,11 +325,15 @@ impl Campaign<'_> {
             way_said(&[radar]),
             soil_question(ground.as_ref())
         ));
-        self.asks_antennas(&[radar], ground.as_ref());
+        self.with_direct_wave(&[radar], ground.as_ref());
         let z_m = ground.as_ref().map_or(0.0, |_| ANTENNA_HEIGHT_M);
         self.filled
             .extend(ground.iter().flat_map(OnGround::below_lines));
         let Some(way_m) = radar.way_m else {
+            let asked = ["radar.line_start_m", "radar.line_end_m"];
+            let unknown = way_said(&[radar]);
+            self.filled
+                .extend(asked.map(|key| Filled::remark(key, &unknown)));
             return;
         };
         self.filled.push(
@@ -346,8 +353,20 @@ impl Campaign<'_> {
         }
     }
 
-    /// The ground below traces that the files place without heights.
+    /// The ground below traces that the files place: keys where the files give no heights, a question where these are on
+    /// the Earth.
     fn below_places(&mut self, radar: &[&RadarInput], ground: Option<&OnGround>) {
+        let is_on_earth =
+            |log: &&RadarInput| log.sounding.is_some_and(|s| s.heights == Heights::OnEarth);
+        if radar.iter().any(is_on_earth) {
+            self.questions.push(
+                "[image] z_m: was the radar flown, or on the ground? In flight the surface echo gives the height of the \
+                 ground; where it is not seen, state z_m, counted from the first trace. Antennas on the ground have \
+                 a height above it of centimetres, which positions by satellite do not give: state [ground], and \
+                 places by [radar] line_start_m and line_end_m or by a [trajectory] table with a column trace"
+                    .to_owned(),
+            );
+        }
         let Some(ground) = ground else {
             return;
         };
@@ -355,14 +374,25 @@ impl Campaign<'_> {
             "[ground] relative_permittivity, surface_z_m: {}",
             ground.question()
         ));
-        self.asks_antennas(radar, Some(ground));
+        self.with_direct_wave(radar, Some(ground));
         self.filled.extend(ground.below_places());
     }
 
-    /// Asks how far antennas close to the ground are apart, where the files do not state it: on the ground the direct
-    /// wave alone gives the time of range zero.
-    fn asks_antennas(&mut self, radar: &[&RadarInput], ground: Option<&OnGround>) {
+    /// The direct wave gives the time of range zero on the ground, where the surface shows no echo of its own; the distance
+    /// of the antennas is asked for where the files do not state it.
+    fn with_direct_wave(&mut self, radar: &[&RadarInput], ground: Option<&OnGround>) {
         if ground.is_none() || radar.iter().any(|log| log.antenna_separation_m.is_some()) {
+            return;
+        }
+        self.filled.push(
+            Filled::new("preprocess.zero_timing", "\"direct-wave\"").because(
+                "on the ground the echo of the surface and the direct wave arrive together",
+            ),
+        );
+        if radar
+            .iter()
+            .all(|log| log.sounding.is_some_and(|s| s.has_antennas))
+        {
             return;
         }
         self.questions.push(
@@ -370,11 +400,6 @@ impl Campaign<'_> {
              The direct wave between them gives the time of range zero; where the record begins after it, state \
              [radar] delay_ns and remove zero_timing"
                 .to_owned(),
-        );
-        self.filled.push(
-            Filled::new("preprocess.zero_timing", "\"direct-wave\"").because(
-                "antennas on the ground see no echo of the surface apart from the direct wave",
-            ),
         );
         self.filled.push(Filled::remark(
             "radar.antenna_offset_m",

@@ -14,8 +14,6 @@ const USUAL_PERMITTIVITY: f64 = 9.0;
 const PERMITTIVITIES: std::ops::RangeInclusive<f64> = 1.5..=81.0;
 /// Pixels in the shortest wavelength in the soil, at least: echoes have half that wavelength in depth.
 const PIXELS_A_WAVELENGTH: f64 = 6.0;
-/// Cells of depth resolution below the surface at which the image begins: residues of the surface echo are above.
-const FIRST_CELLS: f64 = 2.0;
 
 /// Content of a radargram for an image below the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,11 +22,26 @@ pub(super) struct Sounding {
     window_s: f64,
     /// Relative permittivity of the soil by the header.
     permittivity: Option<f64>,
+    /// Heights of the traces.
+    pub(super) heights: Heights,
+    /// Whether the file places transmitter and receiver.
+    pub(super) has_antennas: bool,
+}
+
+/// Heights of traces in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Heights {
+    /// None: traces have no places, or all heights are zero, or equal on the Earth, where the height of the first trace
+    /// is the zero of heights.
+    None,
+    /// In the file's own axes.
+    Local,
+    /// Of places on the Earth.
+    OnEarth,
 }
 
 impl Sounding {
-    /// That of a radargram whose traces have no places, or places without heights: all are zero, or equal where
-    /// places are on the Earth, as the height of the first is then the zero of heights.
+    /// That of a radargram.
     pub(super) fn of(recording: &Recording, channel: &Channel) -> Option<Self> {
         let Axis::FastTime {
             step_s, samples, ..
@@ -36,17 +49,21 @@ impl Sounding {
         else {
             return None;
         };
-        let has_heights = match &channel.positions {
-            None => false,
-            Some(Positions::Local(places)) => places.iter().any(|p| p[2] != 0.0),
-            Some(Positions::Geodetic(places)) => places.windows(2).any(|w| w[0][2] != w[1][2]),
+        let heights = match &channel.positions {
+            Some(Positions::Local(places)) if places.iter().any(|p| p[2] != 0.0) => Heights::Local,
+            Some(Positions::Geodetic(places)) if places.iter().any(|p| p[2] != places[0][2]) => {
+                Heights::OnEarth
+            }
+            _ => Heights::None,
         };
         let stated = (recording.header.iter())
             .find(|(name, _)| name == "relative_permittivity")
             .and_then(|(_, value)| value.parse().ok());
-        (!has_heights).then_some(Self {
+        Some(Self {
             window_s: step_s * samples as f64,
             permittivity: stated.filter(|found| PERMITTIVITIES.contains(found)),
+            heights,
+            has_antennas: channel.antennas_m.is_some(),
         })
     }
 }
@@ -66,7 +83,9 @@ impl OnGround {
     /// resolution of the band of their echoes.
     pub(super) fn of(radar: &[&RadarInput], band_ghz: Option<[f64; 2]>) -> Option<Self> {
         let [low_ghz, high_ghz] = band_ghz?;
-        let soundings: Option<Vec<Sounding>> = radar.iter().map(|log| log.sounding).collect();
+        let without_heights =
+            |log: &&RadarInput| log.sounding.filter(|s| s.heights == Heights::None);
+        let soundings: Option<Vec<Sounding>> = radar.iter().map(without_heights).collect();
         let soundings = soundings.filter(|found| !found.is_empty())?;
         let stated = soundings[0].permittivity;
         let permittivity = stated
@@ -75,7 +94,7 @@ impl OnGround {
         let window_s = soundings.iter().map(|one| one.window_s);
         let speed_m_s = SPEED_OF_LIGHT_M_S / permittivity.sqrt();
         let cell_m = 0.5 * speed_m_s / (1e9 * (high_ghz - low_ghz));
-        let from_m = rounded(FIRST_CELLS * cell_m, f64::round);
+        let from_m = rounded(cell_m, f64::round);
         let to_m = rounded(
             0.5 * speed_m_s * window_s.fold(f64::INFINITY, f64::min),
             f64::floor,
@@ -94,7 +113,7 @@ impl OnGround {
     pub(super) fn below_lines(&self) -> Vec<Filled> {
         let depths = format!("[{}, {}]", -self.to_m, -self.from_m);
         let depths = Filled::new("image.z_m", depths)
-            .because(format!("{}; the record ends there", self.begins()));
+            .because("depths from one cell of the resolution, above which residues of the surface echo are, to the end of the record");
         vec![self.soil(), depths, self.pixel()]
     }
 
@@ -104,11 +123,8 @@ impl OnGround {
             "the file gives no heights: its traces lie at z = 0, the surface as far below as the antennas are high",
         );
         let slice = Filled::new("image.z_m", format!("{}", -2.0 * self.from_m)).because(format!(
-            "a slice; {}, the record ends at {} m. A volume, z_m = [{}, {}], needs x_m and y_m as well",
-            self.begins(),
-            self.to_m,
-            -self.to_m,
-            -self.from_m
+            "a slice; a volume of all depths, z_m = [{}, {}], needs x_m and y_m as well",
+            -self.to_m, -self.from_m
         ));
         vec![self.soil(), surface, slice, self.pixel()]
     }
@@ -121,16 +137,9 @@ impl OnGround {
             "a usual soil's"
         };
         format!(
-            "what is the soil, and were the antennas on the ground? A relative permittivity of {}, {by}, and a height of \
-             {ANTENNA_HEIGHT_M} m are written; for an image in air remove [ground] and state [image] z_m",
+            "what is the soil? Antennas on the ground and a relative permittivity of {}, {by}, are assumed; for an image \
+             in air remove [ground] and state [image] z_m",
             self.permittivity
-        )
-    }
-
-    fn begins(&self) -> String {
-        format!(
-            "from {} m on, two cells of the resolution in depth, echoes are beyond the residues of the surface's",
-            self.from_m
         )
     }
 

@@ -82,7 +82,7 @@ pub(super) struct RadarInput {
     pub antenna_separation_m: Option<f64>,
     /// Band that its echoes occupy (GHz), where that is not the default radar's.
     pub band_ghz: Option<[f64; 2]>,
-    /// Content for an image below the surface, where the file gives no heights of its traces.
+    /// Content for an image below the surface, of a radargram of another maker's.
     pub sounding: Option<Sounding>,
     /// Its traces over fast time, where it holds some without positions.
     pub radargram: Option<Radargram>,
