@@ -11,5 +11,5 @@ fuzz_target!(|bytes: &[u8]| {
     let cut = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
     let (text, data) = bytes.split_at(cut);
     let text = String::from_utf8_lossy(text);
-    let _ = acerra_formats::dt1::read_dt1(data, &text, Some(&text), &limits);
+    let _ = acerra_formats::dt1::read_dt1(data, data.len() as u64, &text, Some(&text), &limits);
 });

@@ -9,5 +9,5 @@ fuzz_target!(|bytes: &[u8]| {
     limits.max_trace_samples = 1 << 14;
     limits.max_file_bytes = 1 << 24;
     let text = String::from_utf8_lossy(bytes);
-    let _ = acerra_formats::dzt::read_dzt(bytes, [Some(&text), Some(&text)], &limits);
+    let _ = acerra_formats::dzt::read_dzt(bytes, bytes.len() as u64, [Some(&text), Some(&text)], &limits);
 });

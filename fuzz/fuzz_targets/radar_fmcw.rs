@@ -11,6 +11,6 @@ fuzz_target!(|bytes: &[u8]| {
     use acerra_formats::fmcw::{FmcwSettings, read_beat_npz, read_dca1000};
     let _ = read_beat_npz(std::io::Cursor::new(bytes), &limits);
     if let Ok(settings) = FmcwSettings::parse(&String::from_utf8_lossy(bytes)) {
-        let _ = read_dca1000(bytes, &settings, &limits);
+        let _ = read_dca1000(bytes, bytes.len() as u64, &settings, &limits);
     }
 });

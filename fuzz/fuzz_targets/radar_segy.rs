@@ -8,5 +8,5 @@ fuzz_target!(|bytes: &[u8]| {
     limits.max_samples = 1 << 18;
     limits.max_trace_samples = 1 << 14;
     limits.max_file_bytes = 1 << 24;
-    let _ = acerra_formats::segy::read_segy(bytes, &limits);
+    let _ = acerra_formats::segy::read_segy(bytes, bytes.len() as u64, &limits);
 });

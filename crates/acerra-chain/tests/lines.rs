@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::Path;
 
 use acerra_chain::campaign::Campaign;
+use acerra_chain::findings::{Evidence, weigh_unchecked};
 use acerra_chain::measure::MeasureOptions;
 use acerra_chain::{Control, Journal, MemorySink, Prepared};
 use acerra_formats::segy::{SegyTraces, write_segy};
@@ -131,6 +132,16 @@ fn a_table_places_traces_by_their_numbers() {
     write("1,0,0,1\n3,0.5,0,1\n5,1.0,0,1\n7,1.5,0,1\n9,2.0,0,1\n");
     let found = prepared_by_table(folder.path(), "").unwrap();
     assert_eq!(found.tracks[0].time_offset_s, 0.0);
+    // Without a clock no offset is left unchecked.
+    let campaign = Campaign::parse("[radar]\nfile = 'line-1.sgy'\n").unwrap();
+    let request = campaign.image_request(found.scene.pixels.clone());
+    let evidence = Evidence::default();
+    let unchecked = weigh_unchecked(&found, &request.options, None, &evidence, &[]);
+    let unchecked: Vec<&str> = unchecked.iter().map(|one| one.setting).collect();
+    assert!(
+        unchecked.contains(&"lever_arm_m forward") && !unchecked.contains(&"time_offset_s"),
+        "{unchecked:?}"
+    );
     for (trace, p) in found.aligned.position_m.iter().enumerate() {
         assert!((p[0] - 0.25 * trace as f64).abs() < 1e-9, "{trace}: {p:?}");
     }

@@ -39,13 +39,14 @@ pub fn is_dt1(head: &[u8]) -> bool {
         && f.f32(4).is_finite()
 }
 
-/// Reads DT1 with the text of its HD, and of its GPS where it is there.
+/// Reads DT1 of `length_bytes` with the text of its HD, and of its GPS where it is there.
 ///
 /// # Errors
 /// A header that lacks a line or holds no number there, traces of another length than it says, a file that ends before
 /// its first whole trace, more than `limits` admit.
 pub fn read_dt1(
     mut reader: impl Read,
+    length_bytes: u64,
     hd: &str,
     gps: Option<&str>,
     limits: &Limits,
@@ -76,7 +77,8 @@ pub fn read_dt1(
     let mut seconds = Vec::new();
     let mut empty = 0;
     let record_bytes = TRACE_HEADER_BYTES + 2 * samples;
-    let (traces, left) = records(&mut reader, [record_bytes, samples], limits, |k, bytes| {
+    let shape = [record_bytes, samples];
+    let (traces, left) = records(&mut reader, length_bytes, shape, limits, |k, bytes| {
         let f = Fields::little(bytes);
         let at = Place::Trace(k as u64 + 1);
         if f.f32(20) != 2.0 {

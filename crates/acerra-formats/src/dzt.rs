@@ -40,12 +40,13 @@ pub fn is_dzt(head: &[u8]) -> bool {
         && f.u16(2) > 0
 }
 
-/// Reads a DZT file, with the texts of the DZG and DZX next to it if they exist.
+/// Reads a DZT file of `length_bytes`, with the texts of the DZG and DZX next to it if they exist.
 ///
 /// # Errors
 /// A header that makes no sense, a file that ends before its first whole scan, more than `limits` admit.
 pub fn read_dzt(
     mut reader: impl Read,
+    length_bytes: u64,
     [dzg, dzx]: [Option<&str>; 2],
     limits: &Limits,
 ) -> Result<Recording, FormatError> {
@@ -80,6 +81,7 @@ pub fn read_dzt(
     let mut service: Vec<[f32; 2]> = Vec::new();
     let (traces, left) = records(
         &mut reader,
+        length_bytes.saturating_sub(head.len() as u64),
         [scan_words * word.bytes(), scan_words],
         limits,
         |_, bytes| {

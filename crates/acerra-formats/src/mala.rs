@@ -55,7 +55,8 @@ pub fn read_mala(
     let samples = samples as usize;
     let mut values = Vec::new();
     let record_bytes = samples * word.bytes();
-    let (traces, left) = records(&mut reader, [record_bytes, samples], limits, |_, bytes| {
+    let shape = [record_bytes, samples];
+    let (traces, left) = records(&mut reader, length_bytes, shape, limits, |_, bytes| {
         word.decode(bytes, &mut values);
         Ok(())
     })?;

@@ -1,7 +1,7 @@
 //! Opening a file, whatever its kind.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use crate::analyser_csv::{is_analyser_csv, read_analyser_csv};
@@ -102,11 +102,15 @@ pub fn open(path: &Path, limits: &Limits) -> Result<Recording, FormatError> {
     }
     let text = || companion::text(path);
     match by_head(path, &head).ok_or_else(|| unknown(&head))? {
-        Format::SegY => read_segy(buffered(path)?, limits),
+        Format::SegY => {
+            let (reader, length) = buffered(path)?;
+            read_segy(reader, length, limits)
+        }
         Format::Dzt => {
             let dzg = beside_text(path, |h| contains(h, "$GSSIS"))?;
             let dzx = beside_text(path, |h| contains(h, "<DZX"))?;
-            read_dzt(buffered(path)?, [dzg.as_deref(), dzx.as_deref()], limits)
+            let (reader, length) = buffered(path)?;
+            read_dzt(reader, length, [dzg.as_deref(), dzx.as_deref()], limits)
         }
         Format::Dt1 => dt1(path, &head, limits),
         Format::Mala => mala(path, &head, limits),
@@ -114,13 +118,13 @@ pub fn open(path: &Path, limits: &Limits) -> Result<Recording, FormatError> {
         Format::Matlab5 => read_matlab5(&companion::contents(path, limits)?, limits),
         Format::Touchstone => read_touchstone(&text()?, limits),
         Format::AnalyserCsv => read_analyser_csv(&text()?, limits),
-        Format::Fmcw if head.starts_with(b"PK") => read_beat_npz(buffered(path)?, limits),
+        Format::Fmcw if head.starts_with(b"PK") => read_beat_npz(buffered(path)?.0, limits),
         Format::Fmcw => {
             let settings = FmcwSettings::parse(&text()?)?;
             let folder = path.parent().unwrap_or(Path::new(""));
             let samples = folder.join(&settings.file);
             let of = |e: FormatError| companion::of(&samples, e);
-            let read = |file| read_dca1000(file, &settings, limits);
+            let read = |(reader, length)| read_dca1000(reader, length, &settings, limits);
             buffered(&samples).and_then(read).map_err(of)
         }
     }
@@ -136,8 +140,11 @@ fn unknown(head: &[u8]) -> FormatError {
     FormatError::Unrecognised
 }
 
-fn buffered(path: &Path) -> Result<BufReader<File>, FormatError> {
-    Ok(BufReader::with_capacity(1 << 20, File::open(path)?))
+/// A file from its beginning, and its length in bytes.
+fn buffered(path: &Path) -> Result<(BufReader<File>, u64), FormatError> {
+    let file = File::open(path)?;
+    let length = file.metadata()?.len();
+    Ok((BufReader::with_capacity(1 << 20, file), length))
 }
 
 fn contains(head: &[u8], text: &str) -> bool {
@@ -175,7 +182,8 @@ fn dt1(path: &Path, head: &[u8], limits: &Limits) -> Result<Recording, FormatErr
     };
     let hd = companion::text(&header).map_err(|e| companion::of(&header, e))?;
     let gps = beside_text(path, |h| contains(h, "GGA,") && contains(h, "#"))?;
-    read_dt1(buffered(&data)?, &hd, gps.as_deref(), limits)
+    let (reader, length) = buffered(&data)?;
+    read_dt1(reader, length, &hd, gps.as_deref(), limits)
 }
 
 fn mala(path: &Path, head: &[u8], limits: &Limits) -> Result<Recording, FormatError> {
@@ -197,14 +205,11 @@ fn mala(path: &Path, head: &[u8], limits: &Limits) -> Result<Recording, FormatEr
     let cor = cor
         .map(|found| companion::text(&found).map_err(|e| companion::of(&found, e)))
         .transpose()?;
-    let mut file = File::open(&data)?;
-    let length = file.seek(std::io::SeekFrom::End(0))?;
-    file.rewind()?;
     let named = if has_extension(&data, "rd7") {
         NamedAs::Long
     } else {
         NamedAs::Short
     };
-    let reader: &mut dyn Read = &mut BufReader::with_capacity(1 << 20, file);
+    let (reader, length) = buffered(&data)?;
     read_mala(reader, length, named, &rad, cor.as_deref(), limits)
 }

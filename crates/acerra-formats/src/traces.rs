@@ -48,16 +48,20 @@ impl Word {
     }
 }
 
-/// Hands each whole record of `record_bytes` to `take`; returns their number and the bytes that are left.
+/// Hands each whole record of `record_bytes` of a stream of `length_bytes` to `take`; returns their number and the bytes
+/// that are left.
 ///
 /// # Errors
-/// Errors of the stream and of `take`; more samples than the limit.
+/// More samples than the limit, before any is read where the length shows it; errors of the stream and of `take`.
 pub fn records(
     reader: &mut impl Read,
+    length_bytes: u64,
     [record_bytes, record_samples]: [usize; 2],
     limits: &Limits,
     mut take: impl FnMut(usize, &[u8]) -> Result<(), FormatError>,
 ) -> Result<(usize, u64), FormatError> {
+    let expected = length_bytes / record_bytes.max(1) as u64;
+    limits.check_samples(Place::Whole, expected.saturating_mul(record_samples as u64))?;
     let mut buffer = vec![0; record_bytes];
     let mut count = 0;
     loop {

@@ -367,12 +367,34 @@ fn broken_files_are_refused_with_a_place() {
     );
     let nan = segy(true, 5, 2, 1, |_| f32::NAN.to_be_bytes().to_vec());
     assert!(failure(&write("nan.sgy", &nan)).contains("trace 1, sample 1"));
-    // A header that claims much takes nothing.
+}
+
+/// The refusal gives the samples of the whole file: it comes before they are read.
+#[test]
+fn files_of_more_samples_than_the_limit_are_refused_by_their_length() {
+    let folder = folder();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    let settings = "[fmcw]\nfile = \"adc.bin\"\nstart_frequency_hz = 77e9\nslope_hz_per_s = 60e12\n\
+                    sample_rate_hz = 10e6\nsamples = 4\nreceivers = 2\nchirp_interval_s = 1e-4\n";
+    write("adc.bin", &[0; 3 * 32]);
+    let files = [
+        (write("line.sgy", &segy(true, 5, 6, 3, |_| vec![0; 4])), 18),
+        (write("line.dzt", &dzt(16, 2, 3, 16)), 96),
+        (dt1(folder.path(), HD, 4), 24),
+        (mala(folder.path(), RAD, &[0; 24], "rd3"), 12),
+        (write("fmcw.toml", settings.as_bytes()), 24),
+    ];
     let mut limits = Limits::default();
     limits.max_samples = 10;
-    let large = write("large.sgy", &segy(true, 5, 6, 3, |_| vec![0; 4]));
-    let message = open(&large, &limits).unwrap_err().to_string();
-    assert_eq!(message, "trace 2: expected at most 10 samples, found 12");
+    for (path, samples) in files {
+        let message = open(&path, &limits).unwrap_err().to_string();
+        let expected = format!("the file: expected at most 10 samples, found {samples}");
+        assert!(message.ends_with(&expected), "{message}");
+    }
 }
 
 /// Bytes changed, cut and repeated at random: an answer or an error, and no panic.
@@ -425,10 +447,21 @@ fn broken_bytes_never_panic() {
         }
         let text = String::from_utf8_lossy(&bytes).into_owned();
         let cut = HD.len().min(bytes.len());
-        let _ = segy_format::read_segy(bytes.as_slice(), &limits);
-        let _ = dzt_format::read_dzt(bytes.as_slice(), [Some(&text), Some(&text)], &limits);
+        let _ = segy_format::read_segy(bytes.as_slice(), bytes.len() as u64, &limits);
+        let _ = dzt_format::read_dzt(
+            bytes.as_slice(),
+            bytes.len() as u64,
+            [Some(&text), Some(&text)],
+            &limits,
+        );
         let head = String::from_utf8_lossy(&bytes[..cut]).into_owned();
-        let _ = dt1::read_dt1(&bytes[cut..], &head, Some(gps), &limits);
+        let _ = dt1::read_dt1(
+            &bytes[cut..],
+            (bytes.len() - cut) as u64,
+            &head,
+            Some(gps),
+            &limits,
+        );
         let long = mala_format::NamedAs::Long;
         let _ = mala_format::read_mala(
             bytes.as_slice(),
@@ -443,7 +476,7 @@ fn broken_bytes_never_panic() {
         let _ = acerra_formats::touchstone::read_touchstone(&text, &limits);
         let _ = acerra_formats::analyser_csv::read_analyser_csv(&text, &limits);
         if let Ok(settings) = fmcw::FmcwSettings::parse(&text) {
-            let _ = fmcw::read_dca1000(bytes.as_slice(), &settings, &limits);
+            let _ = fmcw::read_dca1000(bytes.as_slice(), bytes.len() as u64, &settings, &limits);
         }
     }
 }

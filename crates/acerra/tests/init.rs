@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use acerra_chain::campaign::{Campaign, TimeOffset};
+use acerra_chain::campaign::{Campaign, Permittivity, TimeOffset};
+use acerra_formats::Positions;
+use acerra_formats::segy::{SegyTraces, write_segy};
 
 const SCENE: &str = "seed = 11\nbase_m = [-12, -8, 1.5]\n\
     [flight]\ntrack_start_m = [0, -2]\ntrack_end_m = [20, -2]\nheight_m = 6\n\
@@ -299,8 +301,67 @@ fn lines_of_another_makers_radar_become_one_campaign_that_asks_where_they_lie() 
         "{text}"
     );
     let line = Campaign::parse(&text).unwrap().radar.line().unwrap();
-    assert_eq!(line.end_m, [0.4, 0.0, 0.0]);
+    assert_eq!(line.end_m, [0.4, 0.0, 0.01]);
     assert!(init(&[folder.path().join("none-*.rd3")]).is_err());
+}
+
+/// Runs `focus` on the text of a campaign in a folder; the folder of the products.
+fn focused(folder: &Path, text: &str) -> PathBuf {
+    let (file, products) = (folder.join("campaign.toml"), folder.join("products"));
+    fs::write(&file, text).unwrap();
+    let output = acerra(&[Path::new("focus"), &file, Path::new("-o"), &products]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    products
+}
+
+/// The campaign of a line with an odometer images the ground below it without any edit.
+#[test]
+fn a_line_becomes_a_section_below_the_ground() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = write_rd3(folder.path(), "line", 21);
+    let text = init(&[line]).unwrap();
+    let campaign = Campaign::parse(&text).unwrap();
+    let soil = campaign.ground.as_ref().unwrap().relative_permittivity;
+    assert_eq!(soil, Some(Permittivity::Relative(9.0)), "{text}");
+    assert_eq!(campaign.image.y_m, Some([0.0, 0.0]));
+    assert_eq!(campaign.radar.line().unwrap().start_m, [0.0, 0.0, 0.01]);
+    // The record covers 10 ns at 0.1 m/ns.
+    assert!(text.contains("z_m = [-0.49, -"), "{text}");
+    assert!(focused(folder.path(), &text).join("volume.npz").is_file());
+}
+
+/// Traces with coordinates and without heights lie above the ground by the height of the antennas.
+#[test]
+fn places_without_heights_become_a_slice_below_the_ground() {
+    let folder = tempfile::tempdir().unwrap();
+    let pulse = |k: usize| (-((k as f64 - 30.0) / 5.0).powi(2)).exp() * (0.6 * k as f64).cos();
+    let values: Vec<f32> = (0..21 * 200)
+        .map(|i| (1e3 * pulse(i % 200)) as f32 + (i / 200 * i % 7) as f32)
+        .collect();
+    let place = |trace: i32, ahead_m: f64| [0.02 * f64::from(trace) + ahead_m, 3.0, 0.0];
+    let places = |ahead_m: f64| (0..21).map(|trace| place(trace, ahead_m)).collect();
+    let antennas_m: [Vec<[f64; 3]>; 2] = [places(0.03), places(-0.03)];
+    let positions = Positions::Local(places(0.0));
+    let traces = SegyTraces {
+        values: &values,
+        samples: 200,
+        step_s: 50e-12,
+        start_s: 0.0,
+        positions: Some(&positions),
+        antennas_m: Some(&antennas_m),
+        text: &[],
+    };
+    let line = folder.path().join("line.sgy");
+    write_segy(&mut fs::File::create(&line).unwrap(), &traces).unwrap();
+    let text = init(&[line]).unwrap();
+    assert!(
+        text.starts_with("# QUESTION: [ground] relative_permittivity, surface_z_m"),
+        "{text}"
+    );
+    assert_eq!(text.matches("QUESTION").count(), 1, "{text}");
+    let ground = Campaign::parse(&text).unwrap().ground.unwrap();
+    assert_eq!(ground.surface_z_m, -0.01);
+    assert!(focused(folder.path(), &text).join("image.npz").is_file());
 }
 
 /// In a hall no echo follows the height, although some move with the platform for a while: a surface taken from one of

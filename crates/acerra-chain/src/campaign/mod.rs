@@ -207,6 +207,16 @@ impl Campaign {
         self.preprocess.background.unwrap_or(default)
     }
 
+    /// The gate in force: the stated one; by default the whole trace where the image lies below the ground, as echoes
+    /// are the later there the slower the soil is.
+    #[must_use]
+    pub fn gate(&self) -> Gate {
+        match (self.preprocess.gate_ns, &self.ground) {
+            (Gate::Auto, Some(_)) => Gate::None,
+            (stated, _) => stated,
+        }
+    }
+
     /// The zero-timing in force: the stated one, else the calibrated delay, else the paper's.
     #[must_use]
     pub fn zero_timing(&self) -> ZeroTiming {

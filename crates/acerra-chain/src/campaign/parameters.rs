@@ -147,7 +147,7 @@ impl Campaign {
             zero_timing: self.zero_timing(),
             surface_delay_s: None,
             background: self.background(),
-            gate_ns: self.preprocess.gate_ns,
+            gate_ns: self.gate(),
             frequency_hz: frequencies_hz(self.image.band_ghz, self.image.frequencies),
         }
     }

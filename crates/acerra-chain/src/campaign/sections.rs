@@ -381,7 +381,7 @@ pub struct PreprocessSection {
     /// of the surface, `"surface"`.
     pub background: Option<Background>,
     /// The part of each trace that is kept. By default 6 ns before 2h/c to 24 ns after it, or all of
-    /// it where the image lies to the side of the flight.
+    /// it where the image lies to the side of the flight, or below ground with `[ground]`.
     pub gate_ns: Gate,
 }
 

@@ -104,7 +104,7 @@ impl<'de> Deserialize<'de> for Background {
 #[serde(rename_all = "lowercase")]
 pub enum Gate {
     /// From 6 ns before 2h/c to 24 ns after it, where the image lies at such ranges; the whole trace
-    /// where it looks to the side.
+    /// where it looks to the side, or below ground.
     #[default]
     Auto,
     /// The whole trace.

@@ -1,5 +1,6 @@
 //! Settings that no data check: wrong values of these leave every finding unchanged.
 
+use acerra_geo::trajectory::TimeOrigin;
 use serde::Serialize;
 
 use crate::focus::FocusOptions;
@@ -23,17 +24,16 @@ pub fn weigh_unchecked(
     if prepared.tracks.iter().any(|track| track.cleaned.is_some()) {
         settings.extend([Setting::Delay, Setting::Heights]);
     }
-    let is_flown = |positions: &Positions| matches!(positions, Positions::Trajectory(_));
-    if prepared
-        .tracks
-        .iter()
-        .any(|track| track.cleaned.is_some() && is_flown(&track.positions))
-    {
-        settings.extend([
-            Setting::ClockOffset,
-            Setting::LeverArmForward,
-            Setting::LeverArmLeft,
-        ]);
+    let flown = (prepared.tracks.iter()).filter_map(|track| match &track.positions {
+        Positions::Trajectory(trajectory) if track.cleaned.is_some() => Some(trajectory),
+        _ => None,
+    });
+    // Positions by trace number have no clock that could be offset.
+    if (flown.clone()).any(|flown| flown.time_origin() != TimeOrigin::TraceNumbers) {
+        settings.push(Setting::ClockOffset);
+    }
+    if flown.count() > 0 {
+        settings.extend([Setting::LeverArmForward, Setting::LeverArmLeft]);
     }
     if prepared.tracks.iter().any(|track| track.has_local_axes) {
         settings.push(Setting::Axes);

@@ -275,7 +275,7 @@ pub enum PositionError {
     },
     /// No source of positions.
     #[error(
-        "no positions: expected [trajectory] file, [gnss], or position_m in {}",
+        "no positions: expected [trajectory] file, [gnss], [radar] line_start_m and line_end_m, or position_m in {}",
         radar_file.display()
     )]
     Missing {

@@ -42,7 +42,10 @@ pub fn at_traces(
             last: (first + trace_time_s.len()).saturating_sub(1),
         })?;
     }
-    Ok((Trajectory::new(frame, TimeOrigin::Relative, fixes)?, first))
+    Ok((
+        Trajectory::new(frame, TimeOrigin::TraceNumbers, fixes)?,
+        first,
+    ))
 }
 
 #[cfg(test)]

@@ -12,12 +12,13 @@ use crate::limits::Limits;
 use crate::recording::{Axis, Channel, Format, Recording, Values};
 use crate::traces::records;
 
-/// Reads raw samples by their settings. Receivers become channels, chirps traces.
+/// Reads `length_bytes` of raw samples by their settings. Receivers become channels, chirps traces.
 ///
 /// # Errors
 /// Samples that make no whole chirp, more than `limits` admit.
 pub fn read_dca1000(
     mut reader: impl Read,
+    length_bytes: u64,
     settings: &FmcwSettings,
     limits: &Limits,
 ) -> Result<Recording, FormatError> {
@@ -28,6 +29,7 @@ pub fn read_dca1000(
     let mut peak = 0i16;
     let (chirps, left) = records(
         &mut reader,
+        length_bytes,
         [2 * words, samples * receivers],
         limits,
         |_, bytes| {
@@ -151,7 +153,7 @@ mod tests {
     fn chirps_of_frames_have_times() {
         let s = settings("chirps_per_frame = 2\nframe_interval_s = 0.05");
         let bytes = vec![1u8; 2 * 16 * 3 + 5];
-        let read = read_dca1000(bytes.as_slice(), &s, &Limits::default()).unwrap();
+        let read = read_dca1000(bytes.as_slice(), 101, &s, &Limits::default()).unwrap();
         assert_eq!(read.channels.len(), 2);
         assert_eq!(read.skipped_bytes, 5);
         assert_eq!(read.channels[1].time_s, Some(vec![0.0, 1e-4, 0.05]));

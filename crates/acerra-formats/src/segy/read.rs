@@ -16,12 +16,16 @@ use crate::traces::records;
 const MAX_TEXTS: usize = 1024;
 const MAX_EXTRA_HEADERS: usize = 256;
 
-/// Reads SEG-Y. Traces of several antennas, numbered in each record, become channels.
+/// Reads SEG-Y of `length_bytes`. Traces of several antennas, numbered in each record, become channels.
 ///
 /// # Errors
 /// A header that makes no sense, a file that ends within its headers or before its first whole trace, traces of
 /// different lengths, numbers that are not finite, more than `limits` admit.
-pub fn read_segy(mut reader: impl Read, limits: &Limits) -> Result<Recording, FormatError> {
+pub fn read_segy(
+    mut reader: impl Read,
+    length_bytes: u64,
+    limits: &Limits,
+) -> Result<Recording, FormatError> {
     let mut head = [0; TEXT_BYTES + BINARY_BYTES];
     let found = fill(&mut reader, &mut head)?;
     if found < head.len() {
@@ -34,7 +38,7 @@ pub fn read_segy(mut reader: impl Read, limits: &Limits) -> Result<Recording, Fo
     let binary = BinaryHeader::read(&head[TEXT_BYTES..])?;
     let mut recording = Recording::new(Format::SegY);
     let mut text = decode(&head[..TEXT_BYTES]);
-    let skipped = skip_to_traces(&mut reader, &binary, &mut text)?;
+    let (first_trace_byte, skipped) = skip_to_traces(&mut reader, &binary, &mut text)?;
     let (samples, first) = lengths(&mut reader, &binary, limits)?;
     if binary.extra_trace_headers > MAX_EXTRA_HEADERS {
         return Err(FormatError::content(
@@ -51,6 +55,7 @@ pub fn read_segy(mut reader: impl Read, limits: &Limits) -> Result<Recording, Fo
     let mut stream = first.as_slice().chain(reader);
     let (traces, left) = records(
         &mut stream,
+        length_bytes.saturating_sub(first_trace_byte),
         [record_bytes, samples],
         limits,
         |trace, bytes| {
@@ -97,26 +102,26 @@ pub fn read_segy(mut reader: impl Read, limits: &Limits) -> Result<Recording, Fo
     let axis = axis(&mut recording, &binary, &headers[0], samples);
     compare_intervals(&mut recording, &binary, &headers, &text, &axis);
     for (name, chosen) in antennas(&headers, binary.ensemble_traces) {
-        let channel = channel(
-            &mut recording,
-            name,
-            &chosen,
-            &headers,
-            &values,
-            &axis,
-            &binary,
-        );
+        let own: Vec<TraceHeader> = chosen.iter().map(|&i| headers[i]).collect();
+        let values = if own.len() == headers.len() {
+            std::mem::take(&mut values)
+        } else {
+            let of_trace = |i: &usize| values[i * samples..(i + 1) * samples].iter().copied();
+            chosen.iter().flat_map(of_trace).collect()
+        };
+        let channel = channel(&mut recording, name, &own, values, &axis, &binary);
         recording.channels.push(channel);
     }
     recording.checked()
 }
 
-/// Reads up to the first trace; extended texts are added to `text`. Returns the bytes that are no text.
+/// Reads up to the first trace; extended texts are added to `text`. Returns the first trace's byte, and the number of
+/// bytes before it that are no text.
 fn skip_to_traces(
     reader: &mut impl Read,
     binary: &BinaryHeader,
     text: &mut String,
-) -> Result<u64, FormatError> {
+) -> Result<(u64, u64), FormatError> {
     const END: &str = "((SEG: EndText))";
     let mut at = (TEXT_BYTES + BINARY_BYTES) as u64;
     let count = binary.extended_texts.unwrap_or(MAX_TEXTS);
@@ -146,7 +151,7 @@ fn skip_to_traces(
         }
     }
     let Some(first) = binary.first_trace_byte.filter(|first| *first > at) else {
-        return Ok(0);
+        return Ok((at, 0));
     };
     let skipped = std::io::copy(&mut reader.take(first - at), &mut std::io::sink())?;
     if skipped < first - at {
@@ -156,7 +161,7 @@ fn skip_to_traces(
             format!("the end of the file at byte {}", at + skipped),
         ));
     }
-    Ok(skipped)
+    Ok((first, skipped))
 }
 
 /// Samples of a trace, and the bytes read to determine them: from the binary header, else from the first
@@ -316,21 +321,13 @@ fn antennas(headers: &[TraceHeader], ensemble: usize) -> Vec<(String, Vec<usize>
 fn channel(
     recording: &mut Recording,
     name: String,
-    chosen: &[usize],
-    headers: &[TraceHeader],
-    values: &[f32],
+    own: &[TraceHeader],
+    values: Vec<f32>,
     axis: &Axis,
     binary: &BinaryHeader,
 ) -> Channel {
-    let samples = axis.samples();
-    let own: Vec<TraceHeader> = chosen.iter().map(|&i| headers[i]).collect();
-    let values = chosen
-        .iter()
-        .flat_map(|&i| &values[i * samples..(i + 1) * samples])
-        .copied()
-        .collect();
     let mut channel = Channel::new(name, own.len(), axis.clone(), Values::Real(values));
-    let placed = places(&own, binary.is_feet);
+    let placed = places(own, binary.is_feet);
     channel.positions = placed.positions;
     channel.antennas_m = placed.antennas_m;
     if let Some(refused) = placed.refused
@@ -338,7 +335,7 @@ fn channel(
     {
         recording.remarks.push(refused);
     }
-    channel.time_s = times(&own);
+    channel.time_s = times(own);
     let offset = own[0].offset.abs() * if binary.is_feet { FOOT_M } else { 1.0 };
     if offset > 0.0 && own.iter().all(|h| h.offset == own[0].offset) {
         // Whole metres are too coarse for antennas that are centimetres apart.

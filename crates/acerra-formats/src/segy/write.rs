@@ -47,7 +47,7 @@ pub struct SegyTraces<'a> {
 /// };
 /// let mut bytes = Vec::new();
 /// write_segy(&mut bytes, &traces)?;
-/// let read = read_segy(bytes.as_slice(), &acerra_formats::Limits::default())?;
+/// let read = read_segy(bytes.as_slice(), bytes.len() as u64, &acerra_formats::Limits::default())?;
 /// assert_eq!(read.channels[0].traces, 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -231,7 +231,7 @@ mod tests {
     fn back(traces: &SegyTraces<'_>) -> crate::Recording {
         let mut bytes = Vec::new();
         write_segy(&mut bytes, traces).unwrap();
-        read_segy(bytes.as_slice(), &Limits::default()).unwrap()
+        read_segy(bytes.as_slice(), bytes.len() as u64, &Limits::default()).unwrap()
     }
 
     fn samples(traces: usize, samples: usize) -> Vec<f32> {

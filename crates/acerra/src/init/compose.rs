@@ -6,11 +6,13 @@ use acerra_autopilot::{LogFormat, LogReport};
 use acerra_chain::Control;
 use acerra_chain::look::{LookError, look};
 use acerra_chain::position::trajectory_file::TrajectoryFile;
+use acerra_geo::trajectory::TimeOrigin;
 use acerra_radar::{LoggedClock, Radargram};
 use anyhow::{bail, ensure};
 
 use super::answers::Answers;
 use super::gnss::{Pair, pair};
+use super::ground::{ANTENNA_HEIGHT_M, Heights, OnGround};
 use super::lines::{antennas_apart, distinct, files_key, way_said};
 use super::logs::{Logs, RadarInput};
 use super::named_in;
@@ -42,8 +44,8 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     let all = distinct(&logs.radar);
     let radar = match all.as_slice() {
         [radar] => *radar,
-        [_, _, ..] if logs.is_radar_alone() && all.iter().all(|log| log.is_foreign) => {
-            return of_lines(&all, folder);
+        [_, _, ..] if all.iter().all(|log| log.is_foreign) && logs.has_no_clock() => {
+            return of_lines(&all, logs, folder);
         }
         [] => bail!(
             "no radar log among the files (MRM capture, MRM-RET text, NPZ, or a file of another maker's)"
@@ -76,7 +78,9 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
                 let name = Filled::new("trajectory.rigid_body", quoted(&body.name));
                 campaign.filled.push(name.because(&body.reason));
             }
-            if let Some(radargram) = &radar.radargram {
+            if let Some(radargram) = &radar.radargram
+                && trajectory.trajectory.time_origin() != TimeOrigin::TraceNumbers
+            {
                 campaign.with_look(radargram, trajectory, radar.time_s)?;
             }
             if let Some(pair) = pair {
@@ -96,10 +100,14 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
             second.display()
         ),
         ([], Some(pair)) => campaign.with_receivers(logs, &pair)?,
-        ([], None) if radar.has_positions => campaign.filled.push(Filled::remark(
-            "trajectory.file",
-            "none needed, the radar file brings the positions of its traces",
-        )),
+        ([], None) if radar.has_positions => {
+            campaign.filled.push(Filled::remark(
+                "trajectory.file",
+                "none needed, the radar file brings the positions of its traces",
+            ));
+            let ground = OnGround::of(&[radar], radar.band_ghz);
+            campaign.below_places(&[radar], ground.as_ref());
+        }
         ([], None) if radar.is_foreign => campaign.with_line(radar),
         ([], None) => bail!(
             "no positions among the files: expected a trajectory, or the logs of two GNSS receivers"
@@ -111,8 +119,9 @@ pub fn compose(logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     Ok(campaign.text())
 }
 
-/// The campaign of several files that count their traces along lines, or place them.
-fn of_lines(radar: &[&RadarInput], folder: &Path) -> anyhow::Result<String> {
+/// The campaign of several files that count their traces along lines, or place them, or have a table of places by trace
+/// number.
+fn of_lines(radar: &[&RadarInput], logs: &Logs, folder: &Path) -> anyhow::Result<String> {
     let mut campaign = Campaign {
         folder,
         has_clock: false,
@@ -120,29 +129,55 @@ fn of_lines(radar: &[&RadarInput], folder: &Path) -> anyhow::Result<String> {
         questions: Vec::new(),
         filled: vec![files_key(folder, radar)?],
     };
-    let bands = || radar.iter().filter_map(|log| log.band_ghz);
-    if bands().count() > 0 {
-        let low = bands().map(|b| b[0]).fold(f64::INFINITY, f64::min);
-        let high = bands().map(|b| b[1]).fold(0.0, f64::max);
-        campaign.filled.push(band_key([low, high]));
-    }
+    let band_ghz = band_of(radar);
+    campaign.filled.extend(band_ghz.map(band_key));
     campaign.filled.extend(antennas_apart(radar));
-    if radar.iter().any(|log| !log.has_positions) {
-        let said = way_said(radar);
-        campaign.questions.push(format!(
-            "[radar] line_start_m, line_end_m, line_step_m: where do the first and the last trace of the first line lie, \
-             and how far is it from each line to the next (x, y, and the height of the antennas z, in m)? {said}. \
-             Lines that are not evenly spaced have a table, lines = [{{ file, start_m, end_m }}, …]"
-        ));
-        campaign
-            .filled
-            .push(Filled::remark("radar.line_start_m", said));
+    if let [(path, table)] = logs.trajectory.as_slice() {
+        campaign.with_trajectory(radar[0], path, table)?;
+        return Ok(campaign.text());
     }
+    let ground = OnGround::of(radar, band_ghz);
+    if radar.iter().all(|log| log.has_positions) {
+        campaign.below_places(radar, ground.as_ref());
+        return Ok(campaign.text());
+    }
+    let said = way_said(radar);
+    let area = ground.as_ref().map_or(
+        "",
+        |_| "; [image] x_m, y_m: which area below them is imaged?",
+    );
+    campaign.questions.push(format!(
+        "[radar] line_start_m, line_end_m, line_step_m: where do the first and the last trace of the first line lie, \
+         and how far is it from each line to the next (x, y, and the height of the antennas z, in m)? {said}. \
+         Lines that are not evenly spaced have a table, lines = [{{ file, start_m, end_m }}, …]{area}{}",
+        soil_question(ground.as_ref())
+    ));
+    let asked = ["start", "end", "step"].map(|of| format!("radar.line_{of}_m"));
+    campaign
+        .filled
+        .extend(asked.map(|key| Filled::remark(&key, &said)));
+    campaign.with_direct_wave(radar, ground.as_ref());
+    campaign
+        .filled
+        .extend(ground.iter().flat_map(OnGround::below_lines));
     Ok(campaign.text())
 }
 
+/// Band of the echoes of several files (GHz).
+fn band_of(radar: &[&RadarInput]) -> Option<[f64; 2]> {
+    let bands = radar.iter().filter_map(|log| log.band_ghz);
+    bands.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+}
+
+/// Clause on the soil, of a question on the places of the antennas.
+fn soil_question(ground: Option<&OnGround>) -> String {
+    ground.map_or_else(String::new, |ground| {
+        format!("; [ground] relative_permittivity: {}", ground.question())
+    })
+}
+
 fn band_key([low, high]: [f64; 2]) -> Filled {
-    Filled::new("image.band_ghz", format!("[{low:.2}, {high:.2}]"))
+    Filled::new("image.band_ghz", format!("[{low:?}, {high:?}]"))
         .because("within 10 dB of the top of the echoes' spectrum, mean of the traces removed")
 }
 
@@ -193,10 +228,16 @@ impl Campaign<'_> {
     ) -> anyhow::Result<()> {
         let trajectory = &file.trajectory;
         let (start_s, end_s) = (trajectory.start_s(), trajectory.end_s());
+        let is_by_number = trajectory.time_origin() == TimeOrigin::TraceNumbers;
+        let span = if is_by_number {
+            format!("of traces {start_s:.0} to {end_s:.0}")
+        } else {
+            format!("from {start_s:.1} to {end_s:.1} s")
+        };
         let name = quoted(&named_in(self.folder, path)?);
         self.filled
             .push(Filled::new("trajectory.file", name).because(format!(
-                "{} positions from {start_s:.1} to {end_s:.1} s, {:.1} m of path",
+                "{} positions {span}, {:.1} m of path",
                 trajectory.fixes().len(),
                 trajectory.path_length_m()
             )));
@@ -215,6 +256,7 @@ impl Campaign<'_> {
             self.filled.extend(gimbal_remark(log));
         }
         match radar.time_s {
+            _ if is_by_number => {}
             Some([first, last]) if first < end_s && last > start_s => {
                 self.filled.push(Filled::remark(
                     "trajectory.time_offset_s",
@@ -274,26 +316,95 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// A line of the length that the file counts, along x.
+    /// A line of the length that the file counts, along x, and the vertical section below it.
     fn with_line(&mut self, radar: &RadarInput) {
+        let ground = OnGround::of(&[radar], radar.band_ghz);
         self.questions.push(format!(
             "[radar] line_start_m, line_end_m: where do the first and the last trace lie (x, y, and the height of the \
-             antennas z, in m)? {}",
-            way_said(&[radar])
+             antennas z, in m)? {}{}",
+            way_said(&[radar]),
+            soil_question(ground.as_ref())
         ));
+        self.with_direct_wave(&[radar], ground.as_ref());
+        let z_m = ground.as_ref().map_or(0.0, |_| ANTENNA_HEIGHT_M);
+        self.filled
+            .extend(ground.iter().flat_map(OnGround::below_lines));
         let Some(way_m) = radar.way_m else {
+            let asked = ["radar.line_start_m", "radar.line_end_m"];
+            let unknown = way_said(&[radar]);
+            self.filled
+                .extend(asked.map(|key| Filled::remark(key, &unknown)));
             return;
         };
         self.filled.push(
-            Filled::new("radar.line_start_m", "[0.0, 0.0, 0.0]").because(
+            Filled::new("radar.line_start_m", format!("[0.0, 0.0, {z_m:?}]")).because(
                 "the file gives the distance along its line, not the position of the line: state both ends",
             ),
         );
         self.filled.push(
-            Filled::new("radar.line_end_m", format!("[{way_m:.3}, 0.0, 0.0]"))
+            Filled::new("radar.line_end_m", format!("[{way_m:.3}, 0.0, {z_m:?}]"))
                 .because(format!("{way_m:.3} m from the first trace to the last")),
         );
-        self.extent([[0.0; 3], [way_m, 0.0, 0.0]]);
+        if ground.is_some() {
+            let along = Filled::new("image.x_m", format!("[0.0, {way_m:.3}]"));
+            let across = Filled::new("image.y_m", "[0.0, 0.0]");
+            let section = "the vertical section below the line";
+            (self.filled).extend([along.because(section), across.because(section)]);
+        }
+    }
+
+    /// The ground below traces that the files place: keys where the files give no heights, a question where these are on
+    /// the Earth.
+    fn below_places(&mut self, radar: &[&RadarInput], ground: Option<&OnGround>) {
+        let is_on_earth =
+            |log: &&RadarInput| log.sounding.is_some_and(|s| s.heights == Heights::OnEarth);
+        if radar.iter().any(is_on_earth) {
+            self.questions.push(
+                "[image] z_m: was the radar flown, or on the ground? In flight the surface echo gives the height of the \
+                 ground; where it is not seen, state z_m, counted from the first trace. Antennas on the ground have \
+                 a height above it of centimetres, which positions by satellite do not give: state [ground], and \
+                 places by [radar] line_start_m and line_end_m or by a [trajectory] table with a column trace"
+                    .to_owned(),
+            );
+        }
+        let Some(ground) = ground else {
+            return;
+        };
+        self.questions.push(format!(
+            "[ground] relative_permittivity, surface_z_m: {}",
+            ground.question()
+        ));
+        self.with_direct_wave(radar, Some(ground));
+        self.filled.extend(ground.below_places());
+    }
+
+    /// The direct wave gives the time of range zero on the ground, where the surface shows no echo of its own; the distance
+    /// of the antennas is asked for where the files do not state it.
+    fn with_direct_wave(&mut self, radar: &[&RadarInput], ground: Option<&OnGround>) {
+        if ground.is_none() || radar.iter().any(|log| log.antenna_separation_m.is_some()) {
+            return;
+        }
+        self.filled.push(
+            Filled::new("preprocess.zero_timing", "\"direct-wave\"").because(
+                "on the ground the echo of the surface and the direct wave arrive together",
+            ),
+        );
+        if radar
+            .iter()
+            .all(|log| log.sounding.is_some_and(|s| s.has_antennas))
+        {
+            return;
+        }
+        self.questions.push(
+            "[radar] antenna_offset_m: how far is the transmitter in front of the receiver (forward, left, up, in m)? \
+             The direct wave between them gives the time of range zero; where the record begins after it, state \
+             [radar] delay_ns and remove zero_timing"
+                .to_owned(),
+        );
+        self.filled.push(Filled::remark(
+            "radar.antenna_offset_m",
+            "the file states no distance between transmitter and receiver",
+        ));
     }
 
     fn with_attitudes(&mut self, path: &Path, log: &LogReport) -> anyhow::Result<()> {

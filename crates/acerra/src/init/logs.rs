@@ -13,6 +13,7 @@ use acerra_chain::position::trajectory_file::{
 use acerra_chain::read::{RadarContent, read_radar};
 use acerra_cphd::read_cphd;
 use acerra_geo::read::{ReadError as TextError, TrajectoryFormat};
+use acerra_geo::trajectory::TimeOrigin;
 use acerra_gnss::input::{FileKind, Limits, sniff};
 use acerra_gnss::{Navigation, ObservationData, read_gnss};
 use acerra_radar::clean::{Background, remove_background};
@@ -22,6 +23,8 @@ use acerra_radar::{
     ReadError,
 };
 use anyhow::{Context, bail, ensure};
+
+use super::ground::Sounding;
 
 /// What was given.
 #[derive(Debug, Default)]
@@ -79,6 +82,8 @@ pub(super) struct RadarInput {
     pub antenna_separation_m: Option<f64>,
     /// Band that its echoes occupy (GHz), where that is not the default radar's.
     pub band_ghz: Option<[f64; 2]>,
+    /// Content for an image below the surface, of a radargram of another maker's.
+    pub sounding: Option<Sounding>,
     /// Its traces over fast time, where it holds some without positions.
     pub radargram: Option<Radargram>,
 }
@@ -91,9 +96,14 @@ pub(super) struct Receiver {
 }
 
 impl Logs {
-    /// Whether only radar logs were given.
-    pub(super) fn is_radar_alone(&self) -> bool {
-        self.trajectory.is_empty() && self.receiver.is_empty()
+    /// Whether no positions were given but a table of places by trace number.
+    pub(super) fn has_no_clock(&self) -> bool {
+        let by_number = match self.trajectory.as_slice() {
+            [] => true,
+            [(_, table)] => table.trajectory.time_origin() == TimeOrigin::TraceNumbers,
+            _ => false,
+        };
+        by_number && self.receiver.is_empty()
     }
 
     /// Reads the files; of a motion capture with several rigid bodies the one of that name, or the one whose
@@ -196,6 +206,7 @@ impl Logs {
         let options = |rigid_body: Option<&str>| TrajectoryFileOptions {
             rigid_body: rigid_body.map(str::to_owned),
             takes_first_source: true,
+            trace_numbers: true,
             ..TrajectoryFileOptions::default()
         };
         match read_trajectory_file(reader, &options(rigid_body)) {
@@ -277,12 +288,13 @@ fn foreign(path: &Path) -> anyhow::Result<RadarInput> {
         is_foreign: true,
         antenna_separation_m: channel.antenna_separation_m,
         band_ghz: occupied_ghz(path),
+        sounding: Sounding::of(&recording, channel),
         radargram: None,
     })
 }
 
-/// Band that the echoes of a radargram occupy once the mean of its traces is removed (GHz, to 10 MHz). Frequencies of
-/// which the record holds no whole period are left out.
+/// Band that the echoes of a radargram occupy once the mean of its traces is removed (GHz, the upper end to three
+/// digits and the lower end to as many decimals). Frequencies of which the record holds no whole period are left out.
 fn occupied_ghz(path: &Path) -> Option<[f64; 2]> {
     let data = read_radar(path, &mut Warnings::default()).ok()?;
     let RadarContent::Radargram(radargram) = data.content else {
@@ -291,7 +303,10 @@ fn occupied_ghz(path: &Path) -> Option<[f64; 2]> {
     let window_s = radargram.samples_per_trace as f64 * radargram.fast_time_step_s;
     let echoes = remove_background(radargram, Background::Mean).ok()?;
     let [low_hz, high_hz] = spectrum_occupancy(&echoes)?.band_hz;
-    let band_ghz = [low_hz.max(window_s.recip()), high_hz].map(|hz| (hz * 1e-7).round() * 1e-2);
+    let decimals = (2 - (1e-9 * high_hz).log10().floor() as i32).clamp(0, 9);
+    let unit = 10f64.powi(decimals);
+    let band_ghz =
+        [low_hz.max(window_s.recip()), high_hz].map(|hz| (1e-9 * hz * unit).round() / unit);
     (band_ghz[0] > 0.0 && band_ghz[0] < band_ghz[1]).then_some(band_ghz)
 }
 
@@ -332,6 +347,7 @@ fn phase_history(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarI
         is_foreign: false,
         antenna_separation_m: None,
         band_ghz: None,
+        sounding: None,
         radargram: None,
     })
 }
@@ -358,6 +374,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 is_foreign: false,
                 antenna_separation_m: None,
                 band_ghz: None,
+                sounding: None,
                 radargram: Some(made.radargram),
             })
         }
@@ -385,6 +402,7 @@ fn radar(path: &Path, reader: impl Read + Seek) -> anyhow::Result<RadarInput> {
                 is_foreign: false,
                 antenna_separation_m: None,
                 band_ghz: None,
+                sounding: None,
                 radargram: match neutral.content {
                     NeutralContent::Radargram(radargram) if neutral.position_m.is_none() => {
                         Some(radargram)

@@ -8,6 +8,7 @@
 mod answers;
 mod compose;
 mod gnss;
+mod ground;
 mod lines;
 mod logs;
 mod receivers;
