@@ -201,12 +201,12 @@ impl<'t> ReliefTile<'t> {
 
 /// The nodes of a lattice over `count` places: every [`LATTICE`]th and the last.
 fn nodes(count: usize) -> impl Iterator<Item = usize> {
-    (0..count).filter(move |k| k % LATTICE == 0 || k + 1 == count)
+    (0..count).filter(move |k| k.is_multiple_of(LATTICE) || k + 1 == count)
 }
 
 /// The places between nodes, with the nodes about them and the share of the way from the first to the second.
 fn between_nodes(count: usize) -> impl Iterator<Item = (usize, [usize; 2], f64)> {
-    let is_between = move |k: &usize| k % LATTICE != 0 && k + 1 != count;
+    let is_between = move |k: &usize| !k.is_multiple_of(LATTICE) && k + 1 != count;
     (0..count).filter(is_between).map(move |k| {
         let from = k / LATTICE * LATTICE;
         let to = (from + LATTICE).min(count - 1);

@@ -12,10 +12,11 @@ use anyhow::{bail, ensure};
 
 use super::answers::Answers;
 use super::gnss::{Pair, pair};
-use super::ground::{ANTENNA_HEIGHT_M, Heights, OnGround};
+use super::ground::{ANTENNA_HEIGHT_M, OnGround};
 use super::lines::{antennas_apart, distinct, files_key, way_said};
 use super::logs::{Logs, RadarInput};
 use super::named_in;
+use super::sounding::Heights;
 use crate::interrupt::cancel_flag;
 use crate::progress::Bar;
 use crate::settings_files::SettingsFile;

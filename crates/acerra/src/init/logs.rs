@@ -24,7 +24,7 @@ use acerra_radar::{
 };
 use anyhow::{Context, bail, ensure};
 
-use super::ground::Sounding;
+use super::sounding::Sounding;
 
 /// What was given.
 #[derive(Debug, Default)]

@@ -12,6 +12,7 @@ mod ground;
 mod lines;
 mod logs;
 mod receivers;
+mod sounding;
 
 use std::path::{Path, PathBuf};
 
