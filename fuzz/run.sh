@@ -14,7 +14,7 @@ export RUSTC_BOOTSTRAP=1
 if [ $# -gt 0 ]; then targets=("$@"); else mapfile -t targets < <(cargo fuzz list); fi
 sanitizer=${SANITIZER:-address}
 # All at once, or one by one as they run: the first uses every processor.
-if [ ${#targets[@]} -gt 1 ]; then cargo fuzz build --sanitizer "$sanitizer"; fi
+if [ ${#targets[@]} -gt 1 ]; then cargo fuzz build --dev --sanitizer "$sanitizer"; fi
 
 fuzz() {
     mkdir -p "corpus/$1"
@@ -22,7 +22,7 @@ fuzz() {
     [ -d "seeds/$1" ] && seeds=("seeds/$1")
     said=$(mktemp)
     local failed=0
-    cargo fuzz run --sanitizer "$sanitizer" "$1" "corpus/$1" "${seeds[@]}" -- \
+    cargo fuzz run --dev --sanitizer "$sanitizer" "$1" "corpus/$1" "${seeds[@]}" -- \
         -max_total_time="$seconds" -seed="${FUZZ_SEED:-0}" -rss_limit_mb=2048 -timeout=10 -verbosity=0 -print_final_stats=1 \
         >"$said" 2>&1 || failed=1
     { echo "== $1, $seconds s"; cat "$said"; } # whole, since others run beside it
