@@ -226,6 +226,87 @@ fn dt1_in_feet() {
     assert!(failure(&alone).contains("HD"), "{}", failure(&alone));
 }
 
+/// An output of gprMax in the plane, three runs of two samples, merged by version 3 or 4; single without runs.
+fn gprmax(runs: usize, is_listed: bool) -> Vec<u8> {
+    use hdf5_pure::AttrValue::{F64, F64Array, I64Array};
+    let mut file = hdf5_pure::FileBuilder::new();
+    file.set_attr("dt", F64(5e-12));
+    file.set_attr("dx_dy_dz", F64Array(vec![0.002, 0.002, 0.002]));
+    file.set_attr("nx_ny_nz", I64Array(vec![500, 350, 1]));
+    // Cells, not metres.
+    file.set_attr("srcsteps", I64Array(vec![5, 0, 0]));
+    file.set_attr("rxsteps", I64Array(vec![5, 0, 0]));
+    let mut receivers = file.create_group("rxs");
+    let mut receiver = receivers.create_group("rx1");
+    let values: Vec<f32> = (0..2 * runs).map(|k| k as f32).collect();
+    receiver
+        .create_dataset("Ez")
+        .with_f32_data(&values)
+        .with_shape(&[2, runs as u64]);
+    if is_listed || runs == 1 {
+        receiver.set_attr("Position", F64Array(vec![0.23, 0.5, 0.0]));
+    }
+    receivers.add_group(receiver.finish());
+    file.add_group(receivers.finish());
+    if runs == 1 {
+        let mut sources = file.create_group("srcs");
+        let mut source = sources.create_group("src1");
+        source.set_attr("Position", F64Array(vec![0.17, 0.5, 0.0]));
+        sources.add_group(source.finish());
+        file.add_group(sources.finish());
+    }
+    if is_listed {
+        let mut table = file.create_group("trace_metadata");
+        for (kind, name, from_m) in [("srcs", "src1", 0.17), ("rxs", "rx1", 0.23)] {
+            let places: Vec<f64> = (0..runs)
+                .flat_map(|k| [from_m + 0.02 * k as f64, 0.5, 0.0])
+                .collect();
+            let mut group = table.create_group(kind);
+            let mut antenna = group.create_group(name);
+            antenna
+                .create_dataset("Position")
+                .with_f64_data(&places)
+                .with_shape(&[runs as u64, 3]);
+            group.add_group(antenna.finish());
+            table.add_group(group.finish());
+        }
+        file.add_group(table.finish());
+    }
+    file.finish().unwrap()
+}
+
+#[test]
+fn gprmax_places_by_table_by_source_or_by_steps_alone() {
+    let folder = folder();
+    let path = folder.path().join("model_merged.h5");
+    let of = |runs, is_listed| {
+        fs::write(&path, gprmax(runs, is_listed)).unwrap();
+        read(&path)
+    };
+    let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-12);
+    // The table of version 4 holds; y of a flat model is up.
+    let listed = of(3, true);
+    assert_eq!(listed.format, Format::GprMax);
+    let channel = &listed.channels[0];
+    assert_eq!(channel.traces, 3);
+    assert_eq!(real(channel), [0.0, 3.0, 1.0, 4.0, 2.0, 5.0]);
+    let [sources, receivers] = channel.antennas_m.as_ref().unwrap();
+    assert!(near(sources[2], [0.21, 0.0, 0.5]) && near(receivers[2], [0.27, 0.0, 0.5]));
+    assert!((channel.antenna_separation_m.unwrap() - 0.06).abs() < 1e-12);
+    // A single output has its own places.
+    let single = of(1, false);
+    let Some(Positions::Local(places)) = &single.channels[0].positions else {
+        panic!("no positions")
+    };
+    assert!(near(places[0], [0.2, 0.0, 0.5]));
+    // Version 3 merges without places: steps of five cells remain.
+    let stepped = of(3, false);
+    let channel = &stepped.channels[0];
+    assert!(channel.positions.is_none());
+    assert!((channel.along_m.as_ref().unwrap()[2] - 0.02).abs() < 1e-12);
+    assert_eq!(stepped.remarks.len(), 2);
+}
+
 /// Header words of a trace and its samples.
 fn segy(
     order_is_big: bool,
