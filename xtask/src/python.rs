@@ -12,9 +12,8 @@ const PACKAGE: &str = "crates/acerra-python";
 
 /// Packages that its tests need in addition.
 const PACKAGES: &str = "maturin numpy xarray pandas scipy matplotlib pylops pytest hypothesis mypy \
-                        pandas-stubs scipy-stubs types-tqdm h5py segyio scikit-rf dask[distributed] zarr moto[server] obstore \
-                        nbclient nbformat ipykernel netCDF4 h5netcdf \
-                        h5py tqdm joblib pyproj rioxarray";
+                        pandas-stubs scipy-stubs types-tqdm h5py segyio scikit-rf readgssi dask[distributed] zarr moto[server] \
+                        obstore nbclient nbformat ipykernel netCDF4 h5netcdf tqdm joblib pyproj rioxarray";
 
 /// Builds the wheel, installs it into a separate environment, and runs types and tests; where no environment
 /// is available, a message says so and the step is skipped.

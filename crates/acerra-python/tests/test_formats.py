@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,38 @@ def test_segy_of_segyio(
     with segyio.open(str(file), ignore_geometry=True, endian=endian) as back:
         expected = back.trace.raw[:]
     np.testing.assert_array_equal(read(file), expected)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("bits", [8, 16, 32])
+@pytest.mark.parametrize("channels", [1, 2])
+def test_dzt_by_readgssi(tmp_path: Path, bits: int, channels: int) -> None:
+    dzt: Any = pytest.importorskip("readgssi.dzt")
+    kind = {8: "u1", 16: "<u2", 32: "<i4"}[bits]
+    limits = np.iinfo(kind)
+    random = np.random.default_rng(3)
+    shape = (TRACES, channels, SAMPLES)
+    written = random.integers(limits.min, limits.max, shape, endpoint=True).astype(kind)
+    written[:, :, 1] = 0  # marks
+    head = bytearray(1024 * channels)
+    struct.pack_into("<5h", head, 0, 0xFF, channels, SAMPLES, bits, 0)
+    struct.pack_into("<5f", head, 10, 20.0, 50.0, 0.0, 0.0, 30.0)
+    struct.pack_into("<h", head, 52, channels)
+    struct.pack_into("<f", head, 54, 9.0)
+    file = tmp_path / "line.DZT"
+    file.write_bytes(bytes(head) + written.tobytes())
+    header, theirs, _ = dzt.readdzt(str(file))
+    assert header["rhf_range"] == 30.0
+    middle = {8: 128, 16: 32768, 32: 0}[bits]
+    for channel in range(channels):
+        name = None if channels == 1 else str(channel + 1)
+        found = acerra.read(file, channel=name)
+        assert isinstance(found, xr.DataArray)
+        expected = np.asarray(theirs[channel]).T.astype(np.float64) - middle
+        # The first two samples are no echoes.
+        np.testing.assert_array_equal(np.asarray(found)[:, 2:], expected[:, 2:].astype(np.float32))
+        interval_s = np.diff(np.asarray(found["fast_time"], dtype=float))
+        np.testing.assert_allclose(interval_s, 30e-9 / SAMPLES, rtol=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore")

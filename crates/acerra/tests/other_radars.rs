@@ -187,3 +187,44 @@ fn sweeps_that_do_not_belong_together_or_have_no_place_are_refused() {
     let expected = "sweep-7.s1p: frequencies: expected 81 as in sweep-0.s1p, found 2";
     assert!(found.contains(expected), "{found}");
 }
+
+/// A run of gprMax 4.0.1 in a plane: a metal bar of radius 1 cm in air whose near side is 0.3 m below antennas 6 cm
+/// apart, 61 traces 1 cm apart, a Ricker pulse of 1.5 GHz; every second sample of the merged output.
+const GPRMAX: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/gprmax/antennas-apart.h5"
+);
+
+/// Place of the strongest target of the gprMax scene, x and z (m).
+fn gprmax_target_m(radar: &str) -> [f64; 2] {
+    let text = format!(
+        "[radar]\nfile = '{GPRMAX}'\n{radar}\n[preprocess]\nzero_timing = 'direct-wave'\nbackground = 'mean'\n\
+         gate_ns = 'none'\n[image]\nx_m = [0.2, 0.8]\ny_m = [0, 0]\nz_m = [0.05, 0.40]\npixel_m = 0.005\n\
+         band_ghz = [0.6, 3.0]\nfrequencies = 60\n"
+    );
+    let campaign = Campaign::parse(&text).unwrap();
+    let control = Control::default();
+    let survey = campaign.survey();
+    let prepared = survey.prepare(&mut Journal::default(), &control).unwrap();
+    let request = campaign.image_request(prepared.scene.pixels.clone());
+    let focused = prepared
+        .image(&request, &mut MemorySink::default(), &control)
+        .unwrap();
+    let found = prepared
+        .measure(&focused, &MeasureOptions::from(&campaign.measure), &control)
+        .unwrap();
+    let first = &found.targets[0];
+    [first.x_m, first.z_m]
+}
+
+#[test]
+fn a_bar_simulated_by_gprmax_is_where_it_is_with_antennas_apart() {
+    let [x_m, z_m] = gprmax_target_m("");
+    assert!(
+        (x_m - 0.5).abs() < 0.005 && (z_m - 0.2).abs() < 0.005,
+        "{x_m} {z_m}"
+    );
+    // Antennas in one place: the direct wave is taken for range zero, and the bar is too near.
+    let [x_m, z_m] = gprmax_target_m("antenna_offset_m = [0.001, 0, 0]");
+    assert!((x_m - 0.5).abs() < 0.005 && z_m - 0.2 > 0.02, "{x_m} {z_m}");
+}

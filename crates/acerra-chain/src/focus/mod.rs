@@ -5,6 +5,7 @@ pub mod looks;
 pub mod memory;
 pub mod permittivity;
 pub mod plan;
+pub(crate) mod rays;
 mod reflectivity;
 pub mod sink;
 pub mod space;
@@ -24,6 +25,7 @@ use crate::focus::inversion::record::InversionRecord;
 use crate::focus::looks::{LookInput, LookOptions, Multilook, image_looks};
 use crate::focus::memory::available_memory_bytes;
 use crate::focus::plan::{ImageError, contributions, plan_on, run_plan};
+use crate::focus::rays::Rays;
 use crate::focus::sink::ImageSink;
 use crate::focus::underground::Underground;
 use crate::focus::volume::{Projections, image_volume};
@@ -159,21 +161,8 @@ pub fn focus(
     let weight = echoes.weights(request.options.weight);
     let pulses = echoes.pulses(&weight).map_err(ImageError::Spectra)?;
     let pulses = looking(pulses, echoes.aligned, request.options.antenna_axis)?;
-    let antennas_m = echoes.aligned.antennas_m();
-    let pulses = match &antennas_m {
-        Some([transmitter_m, receiver_m]) => pulses
-            .with_antennas(transmitter_m, receiver_m)
-            .map_err(ImageError::Spectra)?,
-        None => pulses,
-    };
-    let ground = (request.underground.as_ref())
-        .map(|underground| underground.seen_at(&echoes.spectrum.frequency_hz))
-        .transpose()
-        .map_err(ImageError::Ground)?;
-    let pulses = match &ground {
-        Some(ground) => pulses.with_ground(ground).map_err(ImageError::Ground)?,
-        None => pulses,
-    };
+    let rays = Rays::of(echoes, request.underground.as_ref()).map_err(ImageError::Ground)?;
+    let pulses = rays.of_pulses(pulses).map_err(ImageError::Ground)?;
     let (pulses, parts) = match &request.pulses {
         None => (pulses, parts.to_vec()),
         Some(wanted) => {

@@ -1,14 +1,16 @@
 //! Stage `measure`: targets, resolution and ghosts of the image.
 
-use acerra_imaging::ImagingError;
 use acerra_imaging::metrics::{
-    ImageView, MeasureOptions as Metrics, Measurement, measure_targets, measure_targets_in,
+    ImageView, MeasureOptions as Metrics, Measurement, likeliest_height_m, measure_targets,
+    measure_targets_in,
 };
 use acerra_imaging::psf::PointSpread;
+use acerra_imaging::{ImagingError, Pulses, VolumeGrid};
 
 use crate::control::{Cancelled, Control};
 use crate::echoes::Echoes;
 use crate::focus::Focused;
+use crate::focus::rays::Rays;
 
 /// Parameters of the stage `measure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +84,34 @@ pub fn measure(
         let spread = PointSpread::of(&pulses);
         measure_targets(&view, &spread, &metrics, control.operation())
     };
-    found.map_err(|error| match error {
+    let targets_of = |error| match error {
         ImagingError::Cancelled => MeasureError::Cancelled(Cancelled),
         error => MeasureError::Targets(error),
-    })
+    };
+    let mut found = found.map_err(targets_of)?;
+    // Weights by incidence are not those of the likelihood; an inversion is no sum of Eq. (3).
+    let is_sum = focused.inversion.is_none() && focused.options.incidence.is_none();
+    if let Some(volume) = focused.projections.as_ref().filter(|_| is_sum) {
+        let rays = Rays::of(echoes, focused.underground.as_ref()).map_err(MeasureError::Spectra)?;
+        let pulses = rays.of_pulses(pulses).map_err(MeasureError::Spectra)?;
+        place_between_slices(&mut found, &pulses, &volume.volume, control).map_err(targets_of)?;
+    }
+    Ok(found)
+}
+
+/// Replaces the heights of slices by the likeliest heights of the targets.
+fn place_between_slices(
+    found: &mut Measurement,
+    pulses: &Pulses<'_>,
+    volume: &VolumeGrid,
+    control: &Control<'_>,
+) -> Result<(), ImagingError> {
+    let last = volume.slice(volume.nz.saturating_sub(1)).z_m;
+    let limits_m = [volume.base.z_m.min(last), volume.base.z_m.max(last)];
+    for target in &mut found.targets {
+        control.operation().check()?;
+        let place_m = [target.x_m, target.y_m, target.z_m];
+        target.z_m = likeliest_height_m(pulses, place_m, volume.step_m, limits_m)?;
+    }
+    Ok(())
 }
