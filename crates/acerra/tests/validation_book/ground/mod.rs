@@ -1,11 +1,13 @@
 //! Burials in full-wave scenes: every scene imaged with its ground stated right, and what a wrong ground becomes.
 
+mod grid;
 mod scene;
 mod settings;
 
 use std::fmt::Write as _;
 
 use acerra_products::Outcome;
+use acerra_products::display::Shown;
 use acerra_products::pictures;
 use rayon::prelude::*;
 
@@ -72,6 +74,11 @@ fn validation_book_ground() {
     assert!(6 * found >= 5 * cylinders, "{found} of {cylinders}");
     assert!(most_others <= 1, "{most_others}");
     page.block("scenes", &text);
+    let of_grid = grid::run();
+    page.block("grid", &grid::table(&of_grid));
+    let above = pictures::image(&of_grid, &Shown::of(&of_grid)).unwrap();
+    page.speckled_picture("ground-grid-above", &above.png, 3);
+    page.speckled_picture("ground-grid-front", &section(&of_grid), 3);
     page.block("settings", &settings::table(&right));
     page.close();
 }

@@ -12,9 +12,9 @@ use serde::Deserialize;
 /// Fast time of the maximum of the transmitted pulse (√2 / 1.3 GHz), at which range is zero.
 const DELAY_NS: f64 = 1.088;
 /// Largest lateral distance of a target from the axis of its cylinder (m).
-const LATERAL_M: f64 = 0.02;
+pub const LATERAL_M: f64 = 0.02;
 /// Largest deviation of a target's depth from that of the cylinder's near side, as a share of the depth of the axis.
-const DEPTH_SHARE: f64 = 0.1;
+pub const DEPTH_SHARE: f64 = 0.1;
 
 /// The truth of a scene, as its file states it.
 #[derive(Clone, Deserialize)]
