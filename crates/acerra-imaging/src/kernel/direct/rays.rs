@@ -1,0 +1,145 @@
+//! Tabulated rays from antennas apart to a level plane below level ground, read lane by lane.
+
+use crate::kernel::lanes::{Lanes, ROUNDING};
+
+/// Rays about a place of a table, in powers of the distance δ from it in records: the excess of the optical length over
+/// the straight distance and over [`RayRow::beyond_m`], in range bins, and the weight of one way.
+pub(crate) type RayRecord = [f32; 2 * TERMS];
+
+/// Terms of both polynomials of a record.
+const TERMS: usize = 4;
+
+/// Last record of a row, at most: places within rows are exact in single precision.
+pub(crate) const MOST_RECORDS: usize = 1 << 21;
+
+/// Tabulated rays of all pulses.
+#[derive(Clone, Copy)]
+pub(crate) struct RaysView<'a> {
+    pub records: &'a [RayRecord],
+    /// Rays of the transmitter and of the receiver of each pulse.
+    pub rows: [&'a [RayRow]; 2],
+    /// Largest relative error of a weight by its expansion.
+    pub weight_tolerance: f32,
+}
+
+/// Records of an antenna: record i holds the rays about the straight distance (`first` + i)/`per_m`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RayRow {
+    /// Index of the first record.
+    pub start: usize,
+    /// Number of the last record, at most [`MOST_RECORDS`].
+    pub last: usize,
+    pub first: f64,
+    /// Records in a metre.
+    pub per_m: f64,
+    /// Excess that the records leave out, m.
+    pub beyond_m: f64,
+    /// One over the height of the antenna, 1/m: the scale of third derivatives.
+    pub inverse_height: f32,
+    /// One over the apparent distance of the plane from the antenna along the vertical, 1/m.
+    pub inverse_apparent: f32,
+}
+
+/// The place of a straight distance in a row: a record, and the distance from it in records.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Place {
+    record: i32,
+    rest: f32,
+}
+
+impl RayRow {
+    /// The place of a straight distance.
+    #[inline(always)]
+    pub(super) fn place(&self, range_m: f64) -> Place {
+        let at = range_m * self.per_m - self.first;
+        let record = at.max(0.0).min(self.last as f64) as i32;
+        Place {
+            record,
+            rest: (at - f64::from(record)) as f32,
+        }
+    }
+}
+
+/// Rays at the straight distances of a vector.
+#[derive(Clone, Copy)]
+pub(super) struct Rays<S: Lanes> {
+    excess: [S::V; TERMS],
+    weight: [S::V; TERMS],
+    delta: S::V,
+    per_m: f32,
+}
+
+impl<S: Lanes> Rays<S> {
+    /// The rays at `difference_m` beyond a place.
+    #[inline(always)]
+    pub fn at(s: S, view: &RaysView, (row, place): (&RayRow, Place), difference_m: S::V) -> Self {
+        let (zero, rounding) = (s.splat(0.0), s.splat(ROUNDING));
+        let per_m = row.per_m as f32;
+        let rest = s.mul_add(difference_m, s.splat(per_m), s.splat(place.rest));
+        let highest = row.last as i32 - place.record;
+        // max(·, −lowest) and −max(−·, −highest) also turn NaN into a number within the limits.
+        let kept = s.max(rest, s.splat(-(place.record as f32)));
+        let kept = s.sub(zero, s.max(s.sub(zero, kept), s.splat(-(highest as f32))));
+        let i = s.add(kept, rounding);
+        let delta = s.sub(rest, s.sub(i, rounding));
+        let first = row.start + place.record as usize;
+        assert!(first < view.records.len() && row.start + row.last < view.records.len());
+        // SAFETY: `record` + i is kept between 0 and the row's last record, all of which are whole numbers below 2²¹ and
+        // exact, and the row lies within the records.
+        let [excess, weight] = unsafe {
+            let at = view.records.as_ptr().add(first).cast::<f32>();
+            let step = 2 * TERMS;
+            [s.gather4(at, i, step), s.gather4(at.add(TERMS), i, step)]
+        };
+        Self {
+            excess,
+            weight,
+            delta,
+            per_m,
+        }
+    }
+
+    /// Excess of the optical length, bins.
+    #[inline(always)]
+    pub fn excess(&self, s: S) -> S::V {
+        value(s, &self.excess, self.delta)
+    }
+
+    /// Weight of one way.
+    #[inline(always)]
+    pub fn weight(&self, s: S) -> S::V {
+        value(s, &self.weight, self.delta)
+    }
+
+    /// Excess and its powers 1 to 3 of a change of the straight distance, in bins per power of a metre.
+    #[inline(always)]
+    pub fn excess_powers(&self, s: S) -> [S::V; TERMS] {
+        self.powers(s, &self.excess)
+    }
+
+    /// Those powers of the weight of one way.
+    #[inline(always)]
+    pub fn weight_powers(&self, s: S) -> [S::V; TERMS] {
+        self.powers(s, &self.weight)
+    }
+
+    #[inline(always)]
+    fn powers(&self, s: S, c: &[S::V; TERMS]) -> [S::V; TERMS] {
+        let k = self.per_m;
+        let d = self.delta;
+        let three = s.mul(s.splat(3.0), s.mul(c[3], d));
+        let first = s.mul_add(s.mul_add(s.splat(2.0), c[2], three), d, c[1]);
+        [
+            value(s, c, d),
+            s.mul(first, s.splat(k)),
+            s.mul(s.add(c[2], three), s.splat(k * k)),
+            s.mul(c[3], s.splat(k * k * k)),
+        ]
+    }
+}
+
+#[inline(always)]
+fn value<S: Lanes>(s: S, c: &[S::V; TERMS], delta: S::V) -> S::V {
+    let [c0, c1, c2, c3] = *c;
+    s.mul_add(s.mul_add(s.mul_add(c3, delta, c2), delta, c1), delta, c0)
+}
