@@ -95,11 +95,6 @@ impl LevelLaw {
         &self.height_m[self.antennas * pulse..][..self.antennas]
     }
 
-    /// The height of an antenna whose knots lie `per_m` in a metre, m.
-    pub fn knots_height_m(&self, per_m: f64) -> f64 {
-        KNOTS_PER_HEIGHT / per_m
-    }
-
     /// Apparent distance of the plane from an antenna at a height, seen along the vertical: the radius with which
     /// optical lengths curve there, at least, m.
     pub fn apparent_m(&self, height_m: f64) -> f64 {
@@ -128,9 +123,10 @@ impl LevelLaw {
         (knots, heights.of_antenna)
     }
 
-    /// Number of rays of [`LevelLaw::tabulated`].
-    pub fn rays(&self, which: Range<usize>, farthest_m: impl Fn(usize) -> f64) -> u128 {
-        self.equal_heights(which, farthest_m).rays(self.depth_m)
+    /// Numbers of rays and of tables of [`LevelLaw::tabulated`].
+    pub fn rays(&self, which: Range<usize>, farthest_m: impl Fn(usize) -> f64) -> [u128; 2] {
+        let heights = self.equal_heights(which, farthest_m);
+        [heights.rays(self.depth_m), heights.heights_m.len() as u128]
     }
 
     fn equal_heights(
@@ -271,6 +267,11 @@ impl Knots {
     /// Least distance, m, and knots in a metre.
     pub fn scale(&self) -> [f64; 2] {
         [self.nearest_m, self.per_m]
+    }
+
+    /// Height of the antenna above the surface, m.
+    pub fn height_m(&self) -> f64 {
+        KNOTS_PER_HEIGHT / self.per_m
     }
 
     /// The rays that are tabulated.

@@ -64,7 +64,7 @@ impl LevelWays {
         Some(Self {
             level,
             tables: (knots.par_iter())
-                .map(|knots| RayTable::of(knots, &echoes.weights))
+                .map(|knots| RayTable::of(knots, 1, &echoes.weights))
                 .collect(),
             of_pulse: pairs.map(|pair| [pair[0], pair[1]]).collect(),
         })
@@ -138,12 +138,15 @@ impl<'a> Antennas<'a> {
 }
 
 impl RayTable {
-    pub fn of(knots: &Knots, weights: &Weights) -> Self {
+    /// Of every `step`-th knot.
+    pub fn of(knots: &Knots, step: usize, weights: &Weights) -> Self {
         let values: Vec<[f64; 2]> = knots
             .points()
+            .step_by(step)
             .map(|point: LawPoint| [0.5 * point.optical_m, weights.of_law(&point).sqrt()])
             .collect();
         let [nearest_m, per_m] = knots.scale();
+        let per_m = per_m / step as f64;
         let middle = |four: &[[f64; 2]]| cubic([four[0], four[1], four[2], four[3]]);
         let inner = values.windows(4).map(middle);
         // Before the second knot the first cubic goes on.

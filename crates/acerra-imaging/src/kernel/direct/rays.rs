@@ -1,13 +1,17 @@
 //! Tabulated rays from antennas apart to a level plane below level ground, read lane by lane.
 
-use crate::kernel::lanes::{Lanes, ROUNDING};
+use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 
-/// Rays about a place of a table, in powers of the distance δ from it in records: the excess of the optical length over
-/// the straight distance and over [`RayRow::beyond_m`], in range bins, and the weight of one way.
+/// Terms of the polynomials of a record.
+pub(crate) const TERMS: usize = 4;
+
+/// Numbers of a record: polynomials in the distance δ from the record's place, in records. The first is the excess of the
+/// optical length over the straight distance and over [`RayRow::beyond_m`], in range bins, the second the weight of
+/// one way.
 pub(crate) type RayRecord = [f32; 2 * TERMS];
 
-/// Terms of both polynomials of a record.
-const TERMS: usize = 4;
+/// Records before the first and after the last one of a row, which windows may load.
+pub(crate) const RECORD_PADDING: usize = MAX_LANES;
 
 /// Last record of a row, at most: places within rows are exact in single precision.
 pub(crate) const MOST_RECORDS: usize = 1 << 21;
@@ -15,8 +19,9 @@ pub(crate) const MOST_RECORDS: usize = 1 << 21;
 /// Tabulated rays of all pulses.
 #[derive(Clone, Copy)]
 pub(crate) struct RaysView<'a> {
-    pub records: &'a [RayRecord],
-    /// Rays of the transmitter and of the receiver of each pulse.
+    /// Rows of records, each with the first numbers of all its records, then the second ones, and so on.
+    pub numbers: &'a [f32],
+    /// Rows of the transmitter and of the receiver of each pulse.
     pub rows: [&'a [RayRow]; 2],
     /// Largest relative error of a weight by its expansion.
     pub weight_tolerance: f32,
@@ -25,8 +30,10 @@ pub(crate) struct RaysView<'a> {
 /// Records of an antenna: record i holds the rays about the straight distance (`first` + i)/`per_m`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayRow {
-    /// Index of the first record.
+    /// Place of the first number of record 0.
     pub start: usize,
+    /// Numbers from a record's first number to its second one.
+    pub stride: usize,
     /// Number of the last record, at most [`MOST_RECORDS`].
     pub last: usize,
     pub first: f64,
@@ -38,6 +45,13 @@ pub(crate) struct RayRow {
     pub inverse_height: f32,
     /// One over the apparent distance of the plane from the antenna along the vertical, 1/m.
     pub inverse_apparent: f32,
+}
+
+impl RayRow {
+    /// Numbers from a record's first number to its second one in a row of some records.
+    pub const fn stride_of(records: usize) -> usize {
+        records + 2 * RECORD_PADDING
+    }
 }
 
 /// The place of a straight distance in a row: a record, and the distance from it in records.
@@ -80,17 +94,33 @@ impl<S: Lanes> Rays<S> {
         // max(·, −lowest) and −max(−·, −highest) also turn NaN into a number within the limits.
         let kept = s.max(rest, s.splat(-(place.record as f32)));
         let kept = s.sub(zero, s.max(s.sub(zero, kept), s.splat(-(highest as f32))));
-        let i = s.add(kept, rounding);
-        let delta = s.sub(rest, s.sub(i, rounding));
-        let first = row.start + place.record as usize;
-        assert!(first < view.records.len() && row.start + row.last < view.records.len());
-        // SAFETY: `record` + i is kept between 0 and the row's last record, all of which are whole numbers below 2²¹ and
-        // exact, and the row lies within the records.
-        let [excess, weight] = unsafe {
-            let at = view.records.as_ptr().add(first).cast::<f32>();
-            let step = 2 * TERMS;
-            [s.gather4(at, i, step), s.gather4(at.add(TERMS), i, step)]
-        };
+        let i = s.sub(s.add(kept, rounding), rounding);
+        let delta = s.sub(rest, i);
+        let (first, stride) = (row.start + place.record as usize, row.stride);
+        let end = row.start + row.last + RECORD_PADDING + (2 * TERMS - 1) * stride;
+        assert!(row.start >= RECORD_PADDING && end < view.numbers.len());
+        let number = view.numbers.as_ptr().wrapping_add(first);
+        let zeros = [zero; TERMS];
+        let [mut excess, mut weight] = [zeros; 2];
+        let window = s.splat((S::N - 1) as f32);
+        // SAFETY: `record` + i is a whole number between 0 and the row's last record. Windows begin N records before
+        // `record` and are 2N long; padding holds N records on either side of the row.
+        unsafe {
+            if s.all_le(s.abs(i), window) {
+                let i = s.add(i, s.splat(ROUNDING + S::N as f32));
+                let at = number.sub(S::N);
+                for k in 0..TERMS {
+                    excess[k] = picked(s, at.add(k * stride), i);
+                    weight[k] = picked(s, at.add((TERMS + k) * stride), i);
+                }
+            } else {
+                let i = s.add(i, rounding);
+                for k in 0..TERMS {
+                    excess[k] = s.gather(number.add(k * stride), i);
+                    weight[k] = s.gather(number.add((TERMS + k) * stride), i);
+                }
+            }
+        }
         Self {
             excess,
             weight,
@@ -136,6 +166,16 @@ impl<S: Lanes> Rays<S> {
             s.mul(c[3], s.splat(k * k * k)),
         ]
     }
+}
+
+/// Entries of a window of 2N numbers.
+///
+/// # Safety
+/// The window must be readable.
+#[inline(always)]
+unsafe fn picked<S: Lanes>(s: S, window: *const f32, i: S::V) -> S::V {
+    // SAFETY: the caller vouches for the window.
+    unsafe { s.pick2([s.load(window), s.load(window.add(S::N))], i) }
 }
 
 #[inline(always)]

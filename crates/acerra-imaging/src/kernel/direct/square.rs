@@ -287,11 +287,10 @@ impl<
                             lanes.product[side],
                             lanes.across_square[side],
                         ];
-                        let cube = |k: usize| term(CUBE_ROW + k);
-                        let along = s.mul_add(ii, cube(0), s.mul(ij, cube(1)));
-                        let along = s.mul_add(jj, cube(2), along);
+                        let along = s.mul_add(ii, term(CUBE_ROW), s.mul(ij, term(CUBE_ROW + 1)));
+                        let along = s.mul_add(jj, term(CUBE_ROW + 2), along);
                         t = s.mul_add(i, along, s.add(t, square));
-                        t = s.mul_add(j, s.mul(jj, cube(3)), t);
+                        t = s.mul_add(j, s.mul(jj, term(CUBE_ROW + 3)), t);
                     } else if CUBIC {
                         // G + Q − GQ/R
                         let damped = s.neg_mul_add(linear, term(5), s.splat(1.0));

@@ -39,6 +39,22 @@ pub(super) struct TwoWays<S: Lanes> {
     allowed: S::V,
 }
 
+/// a·x + b·y of quadratic forms x and y.
+#[inline(always)]
+fn sums<S: Lanes>(s: S, [a, b]: [S::V; 2], x: &[S::V; 3], y: &[S::V; 3]) -> [S::V; 3] {
+    [
+        s.mul_add(a, x[0], s.mul(b, y[0])),
+        s.mul_add(a, x[1], s.mul(b, y[1])),
+        s.mul_add(a, x[2], s.mul(b, y[2])),
+    ]
+}
+
+/// The terms k and l of two polynomials multiplied crosswise.
+#[inline(always)]
+fn crossed<S: Lanes>(s: S, (a, b): (&[S::V; 6], &[S::V; 6]), [k, l]: [usize; 2]) -> S::V {
+    s.mul_add(a[k], b[l], s.mul(a[l], b[k]))
+}
+
 impl<S: Lanes> OneWay<S> {
     #[inline(always)]
     fn of(
@@ -62,16 +78,22 @@ impl<S: Lanes> OneWay<S> {
         let square_difference = s.mul(groups.along_m, s.add(along, along0));
         let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
         let range = s.sqrt(square);
-        let difference = s.div(square_difference, s.add(range, range0));
-        let inverse = s.div(one, range);
+        let sum = s.add(range, range0);
+        let reciprocal = s.div(one, s.mul(sum, range));
+        let inverse = s.mul(reciprocal, sum);
+        let difference = s.mul(s.mul(square_difference, reciprocal), range);
         // Linear and quadratic part of the straight distance, m.
         let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
         let (a, b) = (s.mul(u, s.splat(pu)), s.mul(v, s.splat(pv)));
-        let bend = |c: S::V, scale: f32| s.mul(s.mul(c, inverse), s.splat(scale));
+        let bend = [
+            s.mul(inverse, s.splat(0.5 * pu * pu)),
+            s.mul(inverse, s.splat(pu * pv)),
+            s.mul(inverse, s.splat(0.5 * pv * pv)),
+        ];
         let q = [
-            bend(s.neg_mul_add(u, u, one), 0.5 * pu * pu),
-            bend(s.neg_mul_add(u, v, s.splat(skew)), pu * pv),
-            bend(s.neg_mul_add(v, v, one), 0.5 * pv * pv),
+            s.mul(bend[0], s.neg_mul_add(u, u, one)),
+            s.mul(bend[1], s.neg_mul_add(u, v, s.splat(skew))),
+            s.mul(bend[2], s.neg_mul_add(v, v, one)),
         ];
         let squares = [s.mul(a, a), s.mul(s.splat(2.0), s.mul(a, b)), s.mul(b, b)];
         let most_linear = s.mul(half, s.add(s.abs(a), s.abs(b)));
@@ -84,11 +106,10 @@ impl<S: Lanes> OneWay<S> {
         let rays = Rays::at(s, view, (row, place), difference);
         let [excess, e1, f2, f3] = rays.excess_powers(s);
         let f1 = s.add(e1, s.splat(bins));
-        let second = |k: usize| s.mul_add(f1, q[k], s.mul(f2, squares[k]));
+        let second = sums(s, [f1, f2], &q, &squares);
         // G((2 f₂ − f₁/R) Q + f₃ G²)
         let mixed = s.neg_mul_add(f1, inverse, s.add(f2, f2));
-        let [caa, cab, cbb] =
-            std::array::from_fn(|k| s.mul_add(mixed, q[k], s.mul(f3, squares[k])));
+        let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
         let cubes = [
             s.mul(a, caa),
             s.mul_add(a, cab, s.mul(b, caa)),
@@ -109,7 +130,7 @@ impl<S: Lanes> OneWay<S> {
         );
 
         let [w0, w1, w2, w3] = rays.weight_powers(s);
-        let weight = |k: usize| s.mul_add(w1, q[k], s.mul(w2, squares[k]));
+        let weight = sums(s, [w1, w2], &q, &squares);
         let weight_mixed = s.neg_mul_add(w1, inverse, s.add(w2, w2));
         let most = [
             s.mul(s.abs(w1), most_linear),
@@ -132,9 +153,9 @@ impl<S: Lanes> OneWay<S> {
                     excess,
                 ),
                 slope: [s.mul(f1, a), s.mul(f1, b)],
-                along_square: second(0),
-                product: second(1),
-                across_square: second(2),
+                along_square: second[0],
+                product: second[1],
+                across_square: second[2],
                 inverse_bins: zero,
                 truncation_error: fourth,
                 third,
@@ -148,9 +169,9 @@ impl<S: Lanes> OneWay<S> {
                 w0,
                 s.mul(w1, a),
                 s.mul(w1, b),
-                weight(0),
-                weight(1),
-                weight(2),
+                weight[0],
+                weight[1],
+                weight[2],
             ],
             most,
         }
@@ -167,25 +188,28 @@ impl<S: Lanes> TwoWays<S> {
         (view, m, pulse): (&RaysView, usize, usize),
         bin_m: f64,
     ) -> Self {
-        let [sent, received] =
-            [0, 1].map(|antenna| OneWay::of(s, groups, setup, (view, antenna, m, pulse), bin_m));
+        let sent = OneWay::of(s, groups, setup, (view, 0, m, pulse), bin_m);
+        let received = OneWay::of(s, groups, setup, (view, 1, m, pulse), bin_m);
         let one = s.splat(1.0);
         let (a, b) = (&sent.weight, &received.weight);
-        // a₀b₍k₎ + a₍k₎b₀
-        let first = |k: usize| s.mul_add(a[0], b[k], s.mul(a[k], b[0]));
         let weight = [
             s.mul(a[0], b[0]),
-            first(1),
-            first(2),
-            s.mul_add(a[1], b[1], first(3)),
-            s.mul_add(a[1], b[2], s.mul_add(a[2], b[1], first(4))),
-            s.mul_add(a[2], b[2], first(5)),
+            crossed(s, (a, b), [0, 1]),
+            crossed(s, (a, b), [0, 2]),
+            s.mul_add(a[1], b[1], crossed(s, (a, b), [0, 3])),
+            s.add(crossed(s, (a, b), [1, 2]), crossed(s, (a, b), [0, 4])),
+            s.mul_add(a[2], b[2], crossed(s, (a, b), [0, 5])),
         ];
         let ([la, qa, ca], [lb, qb, cb]) = (sent.most, received.most);
         let of_thirds = s.mul_add(s.abs(a[0]), cb, s.mul(s.abs(b[0]), ca));
         Self {
             half: sent.way.half_sum(s, &received.way, one),
-            cubes: std::array::from_fn(|k| half_sum(s, one, sent.cubes[k], received.cubes[k])),
+            cubes: [
+                half_sum(s, one, sent.cubes[0], received.cubes[0]),
+                half_sum(s, one, sent.cubes[1], received.cubes[1]),
+                half_sum(s, one, sent.cubes[2], received.cubes[2]),
+                half_sum(s, one, sent.cubes[3], received.cubes[3]),
+            ],
             weight,
             weight_error: s.mul_add(la, qb, s.mul_add(qa, lb, of_thirds)),
             allowed: s.mul(s.splat(view.weight_tolerance), s.abs(weight[0])),
