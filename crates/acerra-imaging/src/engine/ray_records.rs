@@ -50,8 +50,10 @@ impl RayRecords {
             let records: Vec<RayRecord> = of_table(&table, bin_m).collect();
             for k in 0..2 * TERMS {
                 let padded = (0..stride).map(|i| {
-                    let i = i.saturating_sub(RECORD_PADDING).min(records.len() - 1);
-                    records[i][k]
+                    let i = i
+                        .saturating_sub(RECORD_PADDING)
+                        .min(records.len().saturating_sub(1));
+                    records.get(i).map_or(0.0, |record| record[k])
                 });
                 numbers.extend(padded);
             }

@@ -80,7 +80,6 @@ pub(super) struct Rays<S: Lanes> {
     excess: [S::V; TERMS],
     weight: [S::V; TERMS],
     delta: S::V,
-    per_m: f32,
 }
 
 impl<S: Lanes> Rays<S> {
@@ -125,7 +124,6 @@ impl<S: Lanes> Rays<S> {
             excess,
             weight,
             delta,
-            per_m,
         }
     }
 
@@ -141,31 +139,22 @@ impl<S: Lanes> Rays<S> {
         value(s, &self.weight, self.delta)
     }
 
-    /// Excess and its powers 1 to 3 of a change of the straight distance, in bins per power of a metre.
+    /// Coefficients of the powers 0 to 3 of a further distance in records: of the excess and of the weight of one way.
     #[inline(always)]
-    pub fn excess_powers(&self, s: S) -> [S::V; TERMS] {
-        self.powers(s, &self.excess)
-    }
-
-    /// Those powers of the weight of one way.
-    #[inline(always)]
-    pub fn weight_powers(&self, s: S) -> [S::V; TERMS] {
-        self.powers(s, &self.weight)
-    }
-
-    #[inline(always)]
-    fn powers(&self, s: S, c: &[S::V; TERMS]) -> [S::V; TERMS] {
-        let k = self.per_m;
-        let d = self.delta;
-        let three = s.mul(s.splat(3.0), s.mul(c[3], d));
-        let first = s.mul_add(s.mul_add(s.splat(2.0), c[2], three), d, c[1]);
+    pub fn powers(&self, s: S) -> [[S::V; TERMS]; 2] {
+        let triple = s.mul(self.delta, s.splat(3.0));
         [
-            value(s, c, d),
-            s.mul(first, s.splat(k)),
-            s.mul(s.add(c[2], three), s.splat(k * k)),
-            s.mul(c[3], s.splat(k * k * k)),
+            powers(s, &self.excess, [self.delta, triple]),
+            powers(s, &self.weight, [self.delta, triple]),
         ]
     }
+}
+
+#[inline(always)]
+fn powers<S: Lanes>(s: S, c: &[S::V; TERMS], [delta, triple]: [S::V; 2]) -> [S::V; TERMS] {
+    let second = s.mul_add(c[3], triple, c[2]);
+    let first = s.mul_add(s.add(c[2], second), delta, c[1]);
+    [value(s, c, delta), first, second, c[3]]
 }
 
 /// Entries of a window of 2N numbers.

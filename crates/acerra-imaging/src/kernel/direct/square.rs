@@ -231,21 +231,26 @@ impl<
         let (narrow, wide) = (self.paths.narrow, self.paths.wide);
         // SAFETY: parameter sets of the first `narrow` slots and the last `wide` ones were written.
         unsafe {
-            self.windows_of::<false>(k, 0..narrow, &mut sums);
+            if RAYS && !self.paths.is_cubic {
+                self.windows_of::<false, false>(k, 0..narrow, &mut sums);
+                self.windows_of::<true, false>(k, CHUNK - wide..CHUNK, &mut sums);
+                return sums;
+            }
+            self.windows_of::<false, true>(k, 0..narrow, &mut sums);
             if WIDE {
-                self.windows_of::<true>(k, CHUNK - wide..CHUNK, &mut sums);
+                self.windows_of::<true, true>(k, CHUNK - wide..CHUNK, &mut sums);
             }
         }
         sums
     }
 
     /// Adds the pulses whose parameters are in `slots` to the sums of group `k`; windows are of two
-    /// registers where `TWO`.
+    /// registers where `TWO`, and ways of rays have a third order where `THIRD`.
     ///
     /// # Safety
     /// `k` < N, and the slots were written by [`expand`], for windows of no more registers.
     #[inline(always)]
-    unsafe fn windows_of<const TWO: bool>(
+    unsafe fn windows_of<const TWO: bool, const THIRD: bool>(
         &self,
         k: usize,
         slots: Range<usize>,
@@ -282,15 +287,19 @@ impl<
                     }
                     let mut t = s.add(term(6 + 2 * side), linear);
                     if RAYS {
-                        let [ii, ij, jj] = [
-                            lanes.along_square[side],
-                            lanes.product[side],
-                            lanes.across_square[side],
-                        ];
-                        let along = s.mul_add(ii, term(CUBE_ROW), s.mul(ij, term(CUBE_ROW + 1)));
-                        let along = s.mul_add(jj, term(CUBE_ROW + 2), along);
-                        t = s.mul_add(i, along, s.add(t, square));
-                        t = s.mul_add(j, s.mul(jj, term(CUBE_ROW + 3)), t);
+                        t = s.add(t, square);
+                        if THIRD {
+                            let [ii, ij, jj] = [
+                                lanes.along_square[side],
+                                lanes.product[side],
+                                lanes.across_square[side],
+                            ];
+                            let along =
+                                s.mul_add(ii, term(CUBE_ROW), s.mul(ij, term(CUBE_ROW + 1)));
+                            let along = s.mul_add(jj, term(CUBE_ROW + 2), along);
+                            t = s.mul_add(i, along, t);
+                            t = s.mul_add(j, s.mul(jj, term(CUBE_ROW + 3)), t);
+                        }
                     } else if CUBIC {
                         // G + Q − GQ/R
                         let damped = s.neg_mul_add(linear, term(5), s.splat(1.0));

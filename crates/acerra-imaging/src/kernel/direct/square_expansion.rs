@@ -36,6 +36,8 @@ pub(super) struct Frame {
     unit: [[f64; 3]; 2],
     /// Cosine of the angle between the unit vectors.
     pub skew: f64,
+    /// Half the square of the distance along, the product of both distances, and half the square of that across, m².
+    pub bends: [f64; 3],
 }
 
 impl Frame {
@@ -49,6 +51,11 @@ impl Frame {
             pixel_m,
             unit,
             skew: dot(unit[0], unit[1]),
+            bends: [
+                0.5 * pixel_m[0] * pixel_m[0],
+                pixel_m[0] * pixel_m[1],
+                0.5 * pixel_m[1] * pixel_m[1],
+            ],
         }
     }
 }
@@ -122,6 +129,9 @@ impl Origin {
     }
 }
 
+/// Share of the allowed error up to which the third order of refracted ways is left out.
+const FLAT: f32 = 0.5;
+
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct SquareSetup {
     /// Parameters of each pulse that has windows, [`Self::rows`] rows of N, one lane a group: slopes of the
@@ -179,7 +189,7 @@ impl SquareSetup {
         let ([u, v], inverse_bin) = (self.frame.unit, 1.0 / job.table.bin_m);
         let start = &job.table.first_bin[block.pulses.clone()];
         let share = 1.0 / job.antennas_m.len() as f64;
-        let mut mean = [0f64; CHUNK];
+        let [mut mean, mut ranges_m] = [[0f64; CHUNK]; 2];
         let seen = self.from.iter_mut().zip(&mut self.places);
         for (k, ((from, places), antenna_m)) in seen.zip(job.antennas_m).enumerate() {
             let px = &antenna_m[0][block.pulses.clone()];
@@ -195,9 +205,12 @@ impl SquareSetup {
                     across_m: (dx * v[0] + dy * v[1] + dz * v[2]) as f32,
                     up_m: dz as f32,
                 };
-                if RAYS && let Some(rays) = &job.rays {
-                    let row = &rays.rows[k][block.pulses.start + m];
-                    places[m] = row.place(range);
+                ranges_m[m] = range;
+            }
+            if RAYS && let Some(rays) = &job.rays {
+                let rows = &rays.rows[k][block.pulses.clone()];
+                for (m, row) in rows.iter().enumerate() {
+                    places[m] = row.place(ranges_m[m]);
                     mean[m] += share * row.beyond_m;
                 }
             }
@@ -213,6 +226,8 @@ pub(super) struct SquarePaths {
     /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
     pub narrow: usize,
     pub wide: usize,
+    /// Whether the ways of a pulse with windows need their third order.
+    pub is_cubic: bool,
     pub others: Unwindowed,
 }
 
@@ -275,6 +290,8 @@ pub(super) struct Groups<S: Lanes> {
     pub skew: S::V,
     /// Square of the greatest distance of a pixel from the middle, m².
     pub reach_square: S::V,
+    /// That distance on a plane, m.
+    pub reach: f32,
     /// Least range at which tables are read, m.
     pub near_m: S::V,
 }
@@ -293,6 +310,7 @@ impl<S: Lanes> Groups<S> {
         let zero = s.splat(0.0);
         let near_m = block.job.reference_below_m as f32 + (HALF + 1.0) * (pu + pv);
         let (one, skew) = (s.splat(1.0), frame.skew as f32);
+        let reach_square = HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs());
         let mut groups = Self {
             // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
             along_m: unsafe { s.load(offsets.as_ptr()) },
@@ -301,7 +319,8 @@ impl<S: Lanes> Groups<S> {
             uneven_m: zero,
             axes: [one; 2],
             skew: s.splat(skew),
-            reach_square: s.splat(HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs())),
+            reach_square: s.splat(reach_square),
+            reach: reach_square.sqrt(),
             near_m: s.splat(near_m),
         };
         if RELIEF {
@@ -597,6 +616,7 @@ fn expand_here<
     let table = &job.table;
     let groups = Groups::of::<RELIEF>(block, &setup.frame);
     let tolerance = s.splat(job.tolerance_bins as f32);
+    let flat = s.splat(FLAT * job.tolerance_bins as f32);
     let window = if WIDE { 2 * n } else { n };
     let last_window = s.splat(table.stride as f32 - 2.0 - window as f32);
     let [narrowest, widest] = [n, window].map(|entries| s.splat((entries - 1) as f32 - 0.05));
@@ -604,6 +624,7 @@ fn expand_here<
     let mut paths = SquarePaths {
         narrow: 0,
         wide: 0,
+        is_cubic: !RAYS,
         others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
@@ -618,7 +639,7 @@ fn expand_here<
             let fits = job.windows
                 && s.all_le(span, widest)
                 && s.all_le(ways.half.truncation_error, tolerance)
-                && ways.has_smooth_weight(s)
+                && ways.has_smooth_weight(s, rays.weight_tolerance)
                 && s.all_le(negative, whole)
                 && s.all_le(most, last_window);
             if !fits {
@@ -631,6 +652,7 @@ fn expand_here<
             let start = (m * table.pulse_stride) as i32 + setup.whole[m];
             ways.half.store::<RELIEF>(s, windows, start, rows);
             ways.store(s, rows);
+            paths.is_cubic |= ways.is_cubic(s, flat);
             continue;
         }
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);

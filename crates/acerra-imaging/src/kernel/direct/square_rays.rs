@@ -6,7 +6,7 @@
 //! of a contribution the product of both polynomials up to second order.
 
 use super::job::HALF;
-use super::rays::{Place, Rays, RaysView};
+use super::rays::{RayRow, Rays, RaysView};
 use super::square_expansion::{Expansion, Groups, Seen, SquareSetup};
 use crate::kernel::lanes::Lanes;
 use crate::kernel::two_ways::half_sum;
@@ -25,8 +25,6 @@ struct OneWay<S: Lanes> {
     cubes: [S::V; 4],
     /// Weight at the middle, its changes along the row and across, and its terms of i², ij and j².
     weight: [S::V; 6],
-    /// Bounds of the linear, the quadratic and the dropped part of the weight over a group.
-    most: [S::V; 3],
 }
 
 /// Half the way there and back, and the weight of a contribution.
@@ -34,9 +32,6 @@ pub(super) struct TwoWays<S: Lanes> {
     pub half: Expansion<S>,
     cubes: [S::V; 4],
     weight: [S::V; 6],
-    /// Bound of the error of the weight, and the error allowed.
-    weight_error: S::V,
-    allowed: S::V,
 }
 
 /// a·x + b·y of quadratic forms x and y.
@@ -47,6 +42,11 @@ fn sums<S: Lanes>(s: S, [a, b]: [S::V; 2], x: &[S::V; 3], y: &[S::V; 3]) -> [S::
         s.mul_add(a, x[1], s.mul(b, y[1])),
         s.mul_add(a, x[2], s.mul(b, y[2])),
     ]
+}
+
+#[inline(always)]
+fn absolute_sum<S: Lanes>(s: S, [a, b]: [S::V; 2]) -> S::V {
+    s.add(s.abs(a), s.abs(b))
 }
 
 /// The terms k and l of two polynomials multiplied crosswise.
@@ -61,16 +61,17 @@ impl<S: Lanes> OneWay<S> {
         s: S,
         groups: &Groups<S>,
         setup: &SquareSetup,
-        (view, antenna, m, pulse): (&RaysView, usize, usize, usize),
+        (view, row, antenna, m): (&RaysView, &RayRow, usize, usize),
         bin_m: f64,
     ) -> Self {
         let frame = &setup.frame;
-        let [pu, pv] = frame.pixel_m.map(|p| p as f32);
+        // Lengths are in records from here on, optical lengths in bins.
+        let record_m = 1.0 / row.per_m;
+        let [pu, pv] = frame.pixel_m.map(|p| (p * row.per_m) as f32);
+        let [bu, buv, bv] = frame.bends.map(|b| (b * row.per_m) as f32);
         let (skew, bins) = (frame.skew as f32, (1.0 / bin_m) as f32);
-        let (one, half) = (s.splat(1.0), s.splat(HALF));
+        let one = s.splat(1.0);
         let seen: &Seen = &setup.from[antenna][m];
-        let place: Place = setup.places[antenna][m];
-        let row = &view.rows[antenna][pulse];
         let range0 = s.splat(seen.range_m);
         let along0 = s.splat(seen.along_m);
         let along = s.add(along0, groups.along_m);
@@ -82,68 +83,29 @@ impl<S: Lanes> OneWay<S> {
         let reciprocal = s.div(one, s.mul(sum, range));
         let inverse = s.mul(reciprocal, sum);
         let difference = s.mul(s.mul(square_difference, reciprocal), range);
-        // Linear and quadratic part of the straight distance, m.
+        // Linear and quadratic part of the straight distance, and the square of the linear part.
         let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
         let (a, b) = (s.mul(u, s.splat(pu)), s.mul(v, s.splat(pv)));
-        let bend = [
-            s.mul(inverse, s.splat(0.5 * pu * pu)),
-            s.mul(inverse, s.splat(pu * pv)),
-            s.mul(inverse, s.splat(0.5 * pv * pv)),
-        ];
         let q = [
-            s.mul(bend[0], s.neg_mul_add(u, u, one)),
-            s.mul(bend[1], s.neg_mul_add(u, v, s.splat(skew))),
-            s.mul(bend[2], s.neg_mul_add(v, v, one)),
-        ];
-        let squares = [s.mul(a, a), s.mul(s.splat(2.0), s.mul(a, b)), s.mul(b, b)];
-        let most_linear = s.mul(half, s.add(s.abs(a), s.abs(b)));
-        let most_bend = s.mul(
-            s.splat(HALF * HALF),
-            s.add(s.add(s.abs(q[0]), s.abs(q[1])), s.abs(q[2])),
-        );
-        let most_square = s.mul(most_linear, most_linear);
-
-        let rays = Rays::at(s, view, (row, place), difference);
-        let [excess, e1, f2, f3] = rays.excess_powers(s);
-        let f1 = s.add(e1, s.splat(bins));
-        let second = sums(s, [f1, f2], &q, &squares);
-        // G((2 f₂ − f₁/R) Q + f₃ G²)
-        let mixed = s.neg_mul_add(f1, inverse, s.add(f2, f2));
-        let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
-        let cubes = [
-            s.mul(a, caa),
-            s.mul_add(a, cab, s.mul(b, caa)),
-            s.mul_add(a, cbb, s.mul(b, cab)),
-            s.mul(b, cbb),
-        ];
-        let third = s.mul(
-            most_linear,
-            s.mul_add(s.abs(mixed), most_bend, s.mul(s.abs(f3), most_square)),
-        );
-        // Of fourth order: a refracted way changes over lengths of the antenna's height, a straight one over its distance.
-        let (reach, near) = (s.sqrt(groups.reach_square), row.inverse_apparent);
-        let bent = s.mul_add(f1, most_bend, s.mul(s.abs(f2), most_square));
-        let fourth = s.mul_add(
-            s.mul(third, reach),
-            s.splat(row.inverse_height),
-            s.mul(s.mul(bent, groups.reach_square), s.splat(near * near)),
-        );
-
-        let [w0, w1, w2, w3] = rays.weight_powers(s);
-        let weight = sums(s, [w1, w2], &q, &squares);
-        let weight_mixed = s.neg_mul_add(w1, inverse, s.add(w2, w2));
-        let most = [
-            s.mul(s.abs(w1), most_linear),
-            s.mul_add(s.abs(w1), most_bend, s.mul(s.abs(w2), most_square)),
+            s.mul(s.mul(inverse, s.splat(bu)), s.neg_mul_add(u, u, one)),
             s.mul(
-                most_linear,
-                s.mul_add(
-                    s.abs(weight_mixed),
-                    most_bend,
-                    s.mul(s.abs(w3), most_square),
-                ),
+                s.mul(inverse, s.splat(buv)),
+                s.neg_mul_add(u, v, s.splat(skew)),
             ),
+            s.mul(s.mul(inverse, s.splat(bv)), s.neg_mul_add(v, v, one)),
         ];
+        let squares = [s.mul(a, a), s.mul(s.add(a, a), b), s.mul(b, b)];
+
+        let place = setup.places[antenna][m];
+        let rays = Rays::at(s, view, (row, place), difference);
+        let [[excess, e1, f2, f3], [w0, w1, w2, _]] = rays.powers(s);
+        let f1 = s.add(e1, s.splat((record_m / bin_m) as f32));
+        let [second_u, second_uv, second_v] = sums(s, [f1, f2], &q, &squares);
+        // G((2 f₂ − f₁/R) Q + f₃ G²)
+        let bent = s.mul(f1, s.mul(inverse, s.splat(record_m as f32)));
+        let mixed = s.sub(s.add(f2, f2), bent);
+        let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
+        let [weight_u, weight_uv, weight_v] = sums(s, [w1, w2], &q, &squares);
         let zero = s.splat(0.0);
         Self {
             way: Expansion {
@@ -153,27 +115,31 @@ impl<S: Lanes> OneWay<S> {
                     excess,
                 ),
                 slope: [s.mul(f1, a), s.mul(f1, b)],
-                along_square: second[0],
-                product: second[1],
-                across_square: second[2],
+                along_square: second_u,
+                product: second_uv,
+                across_square: second_v,
                 inverse_bins: zero,
-                truncation_error: fourth,
-                third,
+                truncation_error: zero,
+                third: zero,
                 uneven: zero,
                 rise: zero,
                 slope_change: [zero; 2],
                 half_curvature: zero,
             },
-            cubes,
+            cubes: [
+                s.mul(a, caa),
+                s.mul_add(a, cab, s.mul(b, caa)),
+                s.mul_add(a, cbb, s.mul(b, cab)),
+                s.mul(b, cbb),
+            ],
             weight: [
                 w0,
                 s.mul(w1, a),
                 s.mul(w1, b),
-                weight[0],
-                weight[1],
-                weight[2],
+                weight_u,
+                weight_uv,
+                weight_v,
             ],
-            most,
         }
     }
 }
@@ -188,8 +154,9 @@ impl<S: Lanes> TwoWays<S> {
         (view, m, pulse): (&RaysView, usize, usize),
         bin_m: f64,
     ) -> Self {
-        let sent = OneWay::of(s, groups, setup, (view, 0, m, pulse), bin_m);
-        let received = OneWay::of(s, groups, setup, (view, 1, m, pulse), bin_m);
+        let rows = [&view.rows[0][pulse], &view.rows[1][pulse]];
+        let sent = OneWay::of(s, groups, setup, (view, rows[0], 0, m), bin_m);
+        let received = OneWay::of(s, groups, setup, (view, rows[1], 1, m), bin_m);
         let one = s.splat(1.0);
         let (a, b) = (&sent.weight, &received.weight);
         let weight = [
@@ -200,26 +167,56 @@ impl<S: Lanes> TwoWays<S> {
             s.add(crossed(s, (a, b), [1, 2]), crossed(s, (a, b), [0, 4])),
             s.mul_add(a[2], b[2], crossed(s, (a, b), [0, 5])),
         ];
-        let ([la, qa, ca], [lb, qb, cb]) = (sent.most, received.most);
-        let of_thirds = s.mul_add(s.abs(a[0]), cb, s.mul(s.abs(b[0]), ca));
+        let cubes = [
+            half_sum(s, one, sent.cubes[0], received.cubes[0]),
+            half_sum(s, one, sent.cubes[1], received.cubes[1]),
+            half_sum(s, one, sent.cubes[2], received.cubes[2]),
+            half_sum(s, one, sent.cubes[3], received.cubes[3]),
+        ];
+        let mut half = sent.way.half_sum(s, &received.way, one);
+        let third = s.add(
+            absolute_sum(s, [cubes[0], cubes[1]]),
+            absolute_sum(s, [cubes[2], cubes[3]]),
+        );
+        half.third = s.mul(third, s.splat(HALF * HALF * HALF));
+        // Of fourth order: a refracted way changes over lengths of the antenna's height, a straight one over its distance.
+        let inverse_height = rows[0].inverse_height.max(rows[1].inverse_height);
+        let near = rows[0].inverse_apparent.max(rows[1].inverse_apparent);
+        let square = s.add(
+            absolute_sum(s, [half.along_square, half.product]),
+            s.abs(half.across_square),
+        );
+        half.truncation_error = s.mul_add(
+            half.third,
+            s.splat(groups.reach * inverse_height),
+            s.mul(square, s.splat((HALF * groups.reach * near).powi(2))),
+        );
         Self {
-            half: sent.way.half_sum(s, &received.way, one),
-            cubes: [
-                half_sum(s, one, sent.cubes[0], received.cubes[0]),
-                half_sum(s, one, sent.cubes[1], received.cubes[1]),
-                half_sum(s, one, sent.cubes[2], received.cubes[2]),
-                half_sum(s, one, sent.cubes[3], received.cubes[3]),
-            ],
+            half,
+            cubes,
             weight,
-            weight_error: s.mul_add(la, qb, s.mul_add(qa, lb, of_thirds)),
-            allowed: s.mul(s.splat(view.weight_tolerance), s.abs(weight[0])),
         }
     }
 
-    /// Whether the error of the weight is within its tolerance.
+    /// Whether the weight's expansion errs by no more than a share `tolerance` of the weight. Of third order a power of
+    /// the distance has about the product of its linear and its quadratic part.
     #[inline(always)]
-    pub fn has_smooth_weight(&self, s: S) -> bool {
-        s.all_le(self.weight_error, self.allowed)
+    pub fn has_smooth_weight(&self, s: S, tolerance: f32) -> bool {
+        let [w0, wi, wj, wii, wij, wjj] = self.weight;
+        let linear = absolute_sum(s, [wi, wj]);
+        let square = s.add(absolute_sum(s, [wii, wij]), s.abs(wjj));
+        let third = s.mul(linear, square);
+        let allowed = s.mul(s.mul(w0, w0), s.splat(tolerance / HALF.powi(3)));
+        s.all_le(third, allowed)
+    }
+
+    /// Whether the ways need their third order to err by no more than `tolerance`, bins.
+    #[inline(always)]
+    pub fn is_cubic(&self, s: S, tolerance: S::V) -> bool {
+        !s.all_le(
+            s.add(self.half.third, self.half.truncation_error),
+            tolerance,
+        )
     }
 
     /// Stores the coefficients of third order and the weights in the rows of a pulse.
