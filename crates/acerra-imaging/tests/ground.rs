@@ -195,7 +195,7 @@ fn rays_of_pixels_keep_the_accuracy(simd: SimdLevel) {
 /// separate ones.
 fn antennas_apart_over_level_ground_keep_the_accuracy(simd: SimdLevel) {
     let scenes = std::env::var("DRAWN_SCENES").map_or(12, |n| n.parse().unwrap());
-    let (mut direct, mut worst) = (0, 0.0f64);
+    let (mut direct, mut worst, mut broken) = (0, 0.0f64, Vec::new());
     for seed in 0..scenes {
         let mut r = Random(4000 + seed);
         let height_m = 0.01 * 2500f64.powf(r.next().abs());
@@ -231,21 +231,21 @@ fn antennas_apart_over_level_ground_keep_the_accuracy(simd: SimdLevel) {
             .with_accuracy(accuracy)
             .with_spreading(spreading);
         let (error, engine) = error(scene.pulses(), grid, &options);
-        assert!(
-            error <= accuracy,
-            "{simd:?} {seed}: h {height_m:.3} d {depth_m:.3} {error:.2e} of {accuracy:e} by {engine:?}"
-        );
-        if std::env::var("DRAWN_SCENES").is_ok() && engine != Engine::Direct {
-            let plan = ImagingPlan::new(scene.pulses(), grid, &options).unwrap();
-            eprintln!(
-                "{seed}: h {height_m:.3} d {depth_m:.3} apart {apart_m:.2} pixel {pixel_m:.3} loss {loss_s_m}\n{plan}"
-            );
+        if error > accuracy {
+            broken.push(format!(
+                "{seed}: {height_m:.3} m high, {depth_m:.3} m deep: {error:.2e} of {accuracy:e} by {engine:?}"
+            ));
         }
-        direct += usize::from(engine == Engine::Direct);
-        worst = worst.max(error / accuracy);
+        if engine == Engine::Direct {
+            direct += 1;
+            worst = worst.max(error / accuracy);
+        }
     }
-    eprintln!("{simd:?}: {direct} of {scenes} direct, errors up to {worst:.2} of the accuracy");
-    assert!(2 * direct as u64 > scenes, "{direct}");
+    eprintln!(
+        "{simd:?}: {direct} of {scenes} direct, with errors up to {worst:.2} of the accuracy"
+    );
+    assert!(broken.is_empty(), "{simd:?}: {broken:#?}");
+    assert!(2 * direct > scenes, "{direct}");
 }
 
 at_every_level!(

@@ -231,7 +231,7 @@ impl<
         let (narrow, wide) = (self.paths.narrow, self.paths.wide);
         // SAFETY: parameter sets of the first `narrow` slots and the last `wide` ones were written.
         unsafe {
-            if RAYS && !self.paths.is_cubic {
+            if RAYS && !self.paths.is_bent {
                 self.windows_of::<false, false>(k, 0..narrow, &mut sums);
                 self.windows_of::<true, false>(k, CHUNK - wide..CHUNK, &mut sums);
                 return sums;
@@ -245,12 +245,12 @@ impl<
     }
 
     /// Adds the pulses whose parameters are in `slots` to the sums of group `k`; windows are of two
-    /// registers where `TWO`, and ways of rays have a third order where `THIRD`.
+    /// registers where `TWO`, and rays have their last order where `BENT`.
     ///
     /// # Safety
     /// `k` < N, and the slots were written by [`expand`], for windows of no more registers.
     #[inline(always)]
-    unsafe fn windows_of<const TWO: bool, const THIRD: bool>(
+    unsafe fn windows_of<const TWO: bool, const BENT: bool>(
         &self,
         k: usize,
         slots: Range<usize>,
@@ -288,7 +288,7 @@ impl<
                     let mut t = s.add(term(6 + 2 * side), linear);
                     if RAYS {
                         t = s.add(t, square);
-                        if THIRD {
+                        if BENT {
                             let [ii, ij, jj] = [
                                 lanes.along_square[side],
                                 lanes.product[side],
@@ -310,7 +310,7 @@ impl<
                     let start = (*at.add((7 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
                     let weight = match is_weighted {
-                        _ if RAYS => Some(self.ray_weight(
+                        _ if RAYS => Some(self.ray_weight::<BENT>(
                             side,
                             #[inline(always)]
                             |k| term(WEIGHT_ROW + k),
@@ -327,10 +327,13 @@ impl<
 
     /// The weight of the pixels of a vector from its expansion about the group's middle.
     #[inline(always)]
-    fn ray_weight(&self, side: usize, term: impl Fn(usize) -> S::V) -> S::V {
+    fn ray_weight<const BENT: bool>(&self, side: usize, term: impl Fn(usize) -> S::V) -> S::V {
         let (s, lanes) = (self.block.s, self.lanes);
         let (i, j) = (lanes.along[side], lanes.across[side]);
         let weight = s.mul_add(i, term(1), s.mul_add(j, term(2), term(0)));
+        if !BENT {
+            return weight;
+        }
         let weight = s.mul_add(lanes.along_square[side], term(3), weight);
         let weight = s.mul_add(lanes.product[side], term(4), weight);
         s.mul_add(lanes.across_square[side], term(5), weight)

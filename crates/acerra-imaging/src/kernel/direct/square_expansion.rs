@@ -129,7 +129,7 @@ impl Origin {
     }
 }
 
-/// Share of the allowed error up to which the third order of refracted ways is left out.
+/// Share of the allowed error up to which the last order of refracted ways and weights is left out.
 const FLAT: f32 = 0.5;
 
 /// Parameters of the pulses of a chunk for one block.
@@ -226,8 +226,8 @@ pub(super) struct SquarePaths {
     /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
     pub narrow: usize,
     pub wide: usize,
-    /// Whether the ways of a pulse with windows need their third order.
-    pub is_cubic: bool,
+    /// Whether the rays of a pulse with windows need the third order of ways, or the second of weights.
+    pub is_bent: bool,
     pub others: Unwindowed,
 }
 
@@ -624,7 +624,7 @@ fn expand_here<
     let mut paths = SquarePaths {
         narrow: 0,
         wide: 0,
-        is_cubic: !RAYS,
+        is_bent: false,
         others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
@@ -652,7 +652,7 @@ fn expand_here<
             let start = (m * table.pulse_stride) as i32 + setup.whole[m];
             ways.half.store::<RELIEF>(s, windows, start, rows);
             ways.store(s, rows);
-            paths.is_cubic |= ways.is_cubic(s, flat);
+            paths.is_bent |= !ways.is_flat(s, flat, FLAT * rays.weight_tolerance);
             continue;
         }
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);

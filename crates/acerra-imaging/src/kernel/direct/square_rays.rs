@@ -32,6 +32,8 @@ pub(super) struct TwoWays<S: Lanes> {
     pub half: Expansion<S>,
     cubes: [S::V; 4],
     weight: [S::V; 6],
+    /// Sum of the magnitudes of the weight's quadratic terms.
+    weight_square: S::V,
 }
 
 /// a·x + b·y of quadratic forms x and y.
@@ -78,11 +80,9 @@ impl<S: Lanes> OneWay<S> {
         let across = s.mul_add(groups.along_m, s.splat(skew), s.splat(seen.across_m));
         let square_difference = s.mul(groups.along_m, s.add(along, along0));
         let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
-        let range = s.sqrt(square);
-        let sum = s.add(range, range0);
-        let reciprocal = s.div(one, s.mul(sum, range));
-        let inverse = s.mul(reciprocal, sum);
-        let difference = s.mul(s.mul(square_difference, reciprocal), range);
+        let inverse = s.inverse_sqrt(square);
+        let range = s.mul(square, inverse);
+        let difference = s.mul(square_difference, s.reciprocal(s.add(range, range0)));
         // Linear and quadratic part of the straight distance, and the square of the linear part.
         let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
         let (a, b) = (s.mul(u, s.splat(pu)), s.mul(v, s.splat(pv)));
@@ -195,6 +195,7 @@ impl<S: Lanes> TwoWays<S> {
             half,
             cubes,
             weight,
+            weight_square: s.add(absolute_sum(s, [weight[3], weight[4]]), s.abs(weight[5])),
         }
     }
 
@@ -202,21 +203,22 @@ impl<S: Lanes> TwoWays<S> {
     /// the distance has about the product of its linear and its quadratic part.
     #[inline(always)]
     pub fn has_smooth_weight(&self, s: S, tolerance: f32) -> bool {
-        let [w0, wi, wj, wii, wij, wjj] = self.weight;
-        let linear = absolute_sum(s, [wi, wj]);
-        let square = s.add(absolute_sum(s, [wii, wij]), s.abs(wjj));
-        let third = s.mul(linear, square);
+        let third = s.mul(
+            absolute_sum(s, [self.weight[1], self.weight[2]]),
+            self.weight_square,
+        );
+        let w0 = self.weight[0];
         let allowed = s.mul(s.mul(w0, w0), s.splat(tolerance / HALF.powi(3)));
         s.all_le(third, allowed)
     }
 
-    /// Whether the ways need their third order to err by no more than `tolerance`, bins.
+    /// Whether ways without their third order, and weights without their second, err by no more than these tolerances,
+    /// bins and a share of the weight.
     #[inline(always)]
-    pub fn is_cubic(&self, s: S, tolerance: S::V) -> bool {
-        !s.all_le(
-            s.add(self.half.third, self.half.truncation_error),
-            tolerance,
-        )
+    pub fn is_flat(&self, s: S, ways: S::V, weight: f32) -> bool {
+        let allowed = s.mul(self.weight[0], s.splat(weight / (HALF * HALF)));
+        s.all_le(s.add(self.half.third, self.half.truncation_error), ways)
+            && s.all_le(self.weight_square, allowed)
     }
 
     /// Stores the coefficients of third order and the weights in the rows of a pulse.
