@@ -43,6 +43,8 @@ impl RayRecords {
                 last: table.bins.len().saturating_sub(1).min(MOST_RECORDS),
                 first: table.first_bin,
                 per_m: table.bins_per_m,
+                record_m: (1.0 / table.bins_per_m) as f32,
+                record_bins: (1.0 / (table.bins_per_m * bin_m)) as f32,
                 beyond_m: beyond_m(&table),
                 inverse_height: (1.0 / height_m) as f32,
                 inverse_apparent: (1.0 / law.apparent_m(height_m)) as f32,

@@ -39,6 +39,9 @@ pub(crate) struct RayRow {
     pub first: f64,
     /// Records in a metre.
     pub per_m: f64,
+    /// Length of a record, in metres and in range bins.
+    pub record_m: f32,
+    pub record_bins: f32,
     /// Excess that the records leave out, m.
     pub beyond_m: f64,
     /// One over the height of the antenna, 1/m: the scale of third derivatives.

@@ -9,7 +9,7 @@ use super::job::{Band, CHUNK, GROUP, Job, PixelWeight, SIDE, TILE, Tally, square
 use super::rays::Rays;
 use super::square_expansion::{Frame, Origin, Seen, SquareBlock, SquarePaths, SquareSetup, expand};
 use super::square_ground::SquareGround;
-use super::square_rays::{CUBE_ROW, WEIGHT_ROW};
+use super::square_rays::{CUBE_ROW, FLAT_ROW, WEIGHT_ROW};
 use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
@@ -268,7 +268,8 @@ impl<
                 let term = |row: usize| s.splat(*at.add(row * n));
                 for (side, sums) in sums.iter_mut().enumerate().take(GROUP / n) {
                     let (i, j) = (lanes.along[side], lanes.across[side]);
-                    let mut linear = s.mul_add(i, term(0), s.mul(j, term(1)));
+                    let slope = if RAYS && !BENT { FLAT_ROW } else { 0 };
+                    let mut linear = s.mul_add(i, term(slope), s.mul(j, term(slope + 1)));
                     let mut square = s.mul_add(
                         lanes.along_square[side],
                         term(2),
@@ -330,7 +331,8 @@ impl<
     fn ray_weight<const BENT: bool>(&self, side: usize, term: impl Fn(usize) -> S::V) -> S::V {
         let (s, lanes) = (self.block.s, self.lanes);
         let (i, j) = (lanes.along[side], lanes.across[side]);
-        let weight = s.mul_add(i, term(1), s.mul_add(j, term(2), term(0)));
+        let middle = if BENT { 0 } else { FLAT_ROW + 2 - WEIGHT_ROW };
+        let weight = s.mul_add(i, term(1), s.mul_add(j, term(2), term(middle)));
         if !BENT {
             return weight;
         }

@@ -37,7 +37,7 @@ pub(super) struct Frame {
     /// Cosine of the angle between the unit vectors.
     pub skew: f64,
     /// Half the square of the distance along, the product of both distances, and half the square of that across, m².
-    pub bends: [f64; 3],
+    pub bends: [f32; 3],
 }
 
 impl Frame {
@@ -52,9 +52,9 @@ impl Frame {
             unit,
             skew: dot(unit[0], unit[1]),
             bends: [
-                0.5 * pixel_m[0] * pixel_m[0],
-                pixel_m[0] * pixel_m[1],
-                0.5 * pixel_m[1] * pixel_m[1],
+                (0.5 * pixel_m[0] * pixel_m[0]) as f32,
+                (pixel_m[0] * pixel_m[1]) as f32,
+                (0.5 * pixel_m[1] * pixel_m[1]) as f32,
             ],
         }
     }
@@ -128,9 +128,6 @@ impl Origin {
         }
     }
 }
-
-/// Share of the allowed error up to which the last order of refracted ways and weights is left out.
-const FLAT: f32 = 0.5;
 
 /// Parameters of the pulses of a chunk for one block.
 pub(super) struct SquareSetup {
@@ -616,7 +613,6 @@ fn expand_here<
     let table = &job.table;
     let groups = Groups::of::<RELIEF>(block, &setup.frame);
     let tolerance = s.splat(job.tolerance_bins as f32);
-    let flat = s.splat(FLAT * job.tolerance_bins as f32);
     let window = if WIDE { 2 * n } else { n };
     let last_window = s.splat(table.stride as f32 - 2.0 - window as f32);
     let [narrowest, widest] = [n, window].map(|entries| s.splat((entries - 1) as f32 - 0.05));
@@ -652,7 +648,8 @@ fn expand_here<
             let start = (m * table.pulse_stride) as i32 + setup.whole[m];
             ways.half.store::<RELIEF>(s, windows, start, rows);
             ways.store(s, rows);
-            paths.is_bent |= !ways.is_flat(s, flat, FLAT * rays.weight_tolerance);
+            let tolerance_bins = job.tolerance_bins as f32;
+            paths.is_bent |= !ways.is_flat(s, tolerance_bins, rays.weight_tolerance);
             continue;
         }
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);

@@ -14,8 +14,18 @@ use crate::kernel::two_ways::half_sum;
 /// First of the rows of parameters with the coefficients of third order, and of those with the weights.
 pub(super) const CUBE_ROW: usize = 10;
 pub(super) const WEIGHT_ROW: usize = 14;
+/// First of the rows of parameters of pulses without the last orders: slopes along the row and across, and the weight.
+pub(super) const FLAT_ROW: usize = 20;
 /// Rows of parameters of a pulse.
-pub(super) const RAY_ROWS: usize = 20;
+pub(super) const RAY_ROWS: usize = 23;
+
+/// Share of the allowed error up to which the last orders are left out.
+const FLAT: f32 = 0.6;
+/// Mean of the square of a pixel's place in a square along an axis, and the slope of the line nearest to its cube.
+const MEAN_SQUARE: f32 = 1.25;
+const CUBE_SLOPE: f32 = 2.05;
+/// Root mean square of the third order that linear terms leave, at most, relative to the bound of the third order.
+const LEFT: f32 = 0.35;
 
 /// One antenna's way to the groups of a block, one lane a group.
 struct OneWay<S: Lanes> {
@@ -68,9 +78,9 @@ impl<S: Lanes> OneWay<S> {
     ) -> Self {
         let frame = &setup.frame;
         // Lengths are in records from here on, optical lengths in bins.
-        let record_m = 1.0 / row.per_m;
-        let [pu, pv] = frame.pixel_m.map(|p| (p * row.per_m) as f32);
-        let [bu, buv, bv] = frame.bends.map(|b| (b * row.per_m) as f32);
+        let per_m = row.per_m as f32;
+        let [pu, pv] = frame.pixel_m.map(|p| p as f32 * per_m);
+        let [bu, buv, bv] = frame.bends.map(|b| b * per_m);
         let (skew, bins) = (frame.skew as f32, (1.0 / bin_m) as f32);
         let one = s.splat(1.0);
         let seen: &Seen = &setup.from[antenna][m];
@@ -99,10 +109,10 @@ impl<S: Lanes> OneWay<S> {
         let place = setup.places[antenna][m];
         let rays = Rays::at(s, view, (row, place), difference);
         let [[excess, e1, f2, f3], [w0, w1, w2, _]] = rays.powers(s);
-        let f1 = s.add(e1, s.splat((record_m / bin_m) as f32));
+        let f1 = s.add(e1, s.splat(row.record_bins));
         let [second_u, second_uv, second_v] = sums(s, [f1, f2], &q, &squares);
         // G((2 f₂ − f₁/R) Q + f₃ G²)
-        let bent = s.mul(f1, s.mul(inverse, s.splat(record_m as f32)));
+        let bent = s.mul(f1, s.mul(inverse, s.splat(row.record_m)));
         let mixed = s.sub(s.add(f2, f2), bent);
         let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
         let [weight_u, weight_uv, weight_v] = sums(s, [w1, w2], &q, &squares);
@@ -212,23 +222,46 @@ impl<S: Lanes> TwoWays<S> {
         s.all_le(third, allowed)
     }
 
-    /// Whether ways without their third order, and weights without their second, err by no more than these tolerances,
-    /// bins and a share of the weight.
+    /// Whether ways without their third order and weights without their second err by little more than the share [`FLAT`]
+    /// of a tolerance of the ways, in bins, and of the weight: the terms that remain are those nearest to all terms.
     #[inline(always)]
-    pub fn is_flat(&self, s: S, ways: S::V, weight: f32) -> bool {
-        let allowed = s.mul(self.weight[0], s.splat(weight / (HALF * HALF)));
-        s.all_le(s.add(self.half.third, self.half.truncation_error), ways)
-            && s.all_le(self.weight_square, allowed)
+    pub fn is_flat(&self, s: S, tolerance_bins: f32, tolerance: f32) -> bool {
+        let left = s.mul_add(self.half.third, s.splat(LEFT), self.half.truncation_error);
+        let allowed = s.mul(self.weight[0], s.splat(FLAT * tolerance));
+        s.all_le(left, s.splat(FLAT * tolerance_bins)) && s.all_le(self.weight_square, allowed)
     }
 
     /// Stores the coefficients of third order and the weights in the rows of a pulse.
     #[inline(always)]
     pub fn store(&self, s: S, rows: &mut [f32]) {
         assert!(rows.len() >= RAY_ROWS * S::N);
-        let of_third = (CUBE_ROW..).zip(self.cubes);
-        for (row, v) in of_third.chain((WEIGHT_ROW..).zip(self.weight)) {
-            // SAFETY: `rows` holds RAY_ROWS rows of N numbers.
-            unsafe { s.store(rows.as_mut_ptr().add(row * S::N), v) };
+        let (cubes, weight) = (&self.cubes, &self.weight);
+        let (mean, slope) = (s.splat(MEAN_SQUARE), s.splat(CUBE_SLOPE));
+        let flat = [
+            s.mul_add(
+                cubes[2],
+                mean,
+                s.mul_add(cubes[0], slope, self.half.slope[0]),
+            ),
+            s.mul_add(
+                cubes[1],
+                mean,
+                s.mul_add(cubes[3], slope, self.half.slope[1]),
+            ),
+            s.mul_add(s.add(weight[3], weight[5]), mean, weight[0]),
+        ];
+        // SAFETY: `rows` holds RAY_ROWS rows of N numbers.
+        unsafe {
+            let at = rows.as_mut_ptr();
+            for (k, v) in cubes.iter().enumerate() {
+                s.store(at.add((CUBE_ROW + k) * S::N), *v);
+            }
+            for (k, v) in weight.iter().enumerate() {
+                s.store(at.add((WEIGHT_ROW + k) * S::N), *v);
+            }
+            for (k, v) in flat.iter().enumerate() {
+                s.store(at.add((FLAT_ROW + k) * S::N), *v);
+            }
         }
     }
 }
