@@ -9,6 +9,7 @@ use super::direct::{Direct, DirectSpec};
 use super::factorized::aperture::partition_aperture;
 use super::factorized::merged::{Factorized, Setting};
 use super::factorized::spec::FactorizedSpec;
+use super::ray_records::RayRecords;
 use super::tables::build::RangeTable;
 use super::weights::WeightedPulses;
 use crate::control::Meter;
@@ -363,9 +364,10 @@ impl TableEngine for Direct {
 
     fn parts(echoes: &WeightedPulses, _: &ImageGrid, piece: &Piece<DirectSpec>) -> Parts {
         let bytes = table_bytes(&piece.spec, &piece.ranges_m);
+        let law = echoes.weights.law.as_ref().filter(|law| law.is_apart());
         Parts {
             runs: (0..echoes.len()).map(|m| (m..m + 1, bytes)).collect(),
-            making: 0,
+            making: law.map_or(0, |law| RayRecords::bytes_for(echoes, law, &piece.ranges_m)),
         }
     }
 

@@ -2,11 +2,13 @@
 
 use crate::control::Meter;
 use crate::engine::forward::grouped::GroupSpec;
+use crate::engine::level_law::LevelLaw;
 use crate::engine::polynomials::carrier_polynomials;
+use crate::engine::ray_records::RayRecords;
 use crate::engine::refracted_table::refracted_table;
 use crate::engine::tables::build::RangeTable;
 use crate::engine::tables::spec::TableSpec;
-use crate::engine::weights::WeightedPulses;
+use crate::engine::weights::{WeightedPulses, Weights};
 use crate::error::ImagingError;
 use crate::grid::image::{ImageGrid, Patch};
 use crate::grid::relief::Relief;
@@ -19,7 +21,7 @@ use crate::kernel::direct::square::square_band;
 use crate::kernel::dispatch::dispatch;
 use crate::kernel::level::SimdLevel;
 use crate::kernel::profile::DELAYS;
-use crate::pulses::Spreading;
+use crate::pulses::{Pulses, Spreading};
 use crate::vector::norm;
 use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
@@ -70,6 +72,8 @@ pub(crate) struct Direct {
     /// separate.
     antennas_m: Vec<[Vec<f64>; 3]>,
     table: Arc<RangeTable>,
+    /// Rays of antennas apart over level ground; the table's ranges are then halves of optical lengths.
+    rays: Option<RayRecords>,
     /// Range of each pulse's entry 0, in bins.
     first_bin: Vec<f64>,
     cosine: [f32; 4],
@@ -82,6 +86,16 @@ pub(crate) fn table_ranges_m(position_m: &[[f64; 3]], grid: &ImageGrid) -> Vec<[
         .par_iter()
         .map(|p| grid.ranges_m(*p, MARGIN_COLUMNS))
         .collect()
+}
+
+/// Bounds, m, of half the optical length of every pulse's ways to a grid below level ground, for antennas apart; `None` of
+/// any other grid or pulses.
+pub(crate) fn half_ways_m(pulses: &Pulses, grid: &ImageGrid) -> Option<Vec<[f64; 2]>> {
+    let law = LevelLaw::new(pulses, grid).filter(LevelLaw::is_apart)?;
+    let distances_m: Vec<_> = (pulses.antenna_places_m())
+        .map(|places_m| table_ranges_m(places_m, grid))
+        .collect();
+    Some(law.half_ways_m(&distances_m))
 }
 
 /// Bounds, m, of the ranges from every antenna position to `grid` over uneven ground: the heights span the
@@ -116,7 +130,12 @@ impl Direct {
         control: Control,
     ) -> Result<Self, ImagingError> {
         let pulses = &echoes.pulses;
+        let mut rays = None;
         let table = match &echoes.weights.law {
+            Some(law) if law.is_apart() => {
+                rays = Some(RayRecords::new(echoes, law, ranges_m, spec.table.bin_m));
+                RangeTable::build(pulses, spec.table, ranges_m, &Weights::unit(), control)?
+            }
             Some(law) => refracted_table(echoes, law, (spec.table, ranges_m), level, control)?,
             None => RangeTable::build(pulses, spec.table, ranges_m, &echoes.weights, control)?,
         };
@@ -127,6 +146,7 @@ impl Direct {
             antennas_m: pulses.antenna_places_m().map(axes_m).collect(),
             first_bin: table.first_bins_beyond(0.0),
             table: Arc::new(table),
+            rays,
             cosine,
             sine,
         })
@@ -142,6 +162,7 @@ impl Direct {
             antennas_m: vec![axes_m(position_m)],
             first_bin: self.table.first_bins_beyond(beyond_m),
             table: Arc::clone(&self.table),
+            rays: None,
             ..*self
         }
     }
@@ -177,7 +198,7 @@ impl Direct {
             }
             meter.add(out.len() as u64 * pulses);
         };
-        let shape = self.spec.shape_on(patch.relief.is_some());
+        let shape = self.shape_on(patch.relief.is_some());
         let lanes = self.level.lanes();
         let height = shape.tile_rows(lanes);
         if grid.rows >= 2 * height {
@@ -205,6 +226,14 @@ impl Direct {
         tally.into_inner().unwrap_or_default()
     }
 
+    /// The arrangement of pixels: rays below level ground are expanded over squares.
+    fn shape_on(&self, is_uneven: bool) -> Shape {
+        match self.rays {
+            Some(_) => Shape::WideSquare,
+            None => self.spec.shape_on(is_uneven),
+        }
+    }
+
     /// The part of a run that all its bands share.
     fn job<'a>(
         &'a self,
@@ -230,7 +259,11 @@ impl Direct {
                 Spreading::InverseSquare => self.spec.reference_below_m,
                 Spreading::None => 0.0,
             },
-            weight: echoes.pixel_weight(),
+            weight: match self.rays {
+                Some(_) => None,
+                None => echoes.pixel_weight(),
+            },
+            rays: (self.rays.as_ref()).map(|rays| rays.view(self.spec.phase_tolerance_rad)),
             reference: echoes,
             control: meter.control(),
         }
@@ -242,7 +275,15 @@ impl Direct {
             self.spec.fine_carrier,
             self.spec.cubic,
         );
-        let shape = self.spec.shape_on(relief.is_some());
+        if job.rays.is_some() {
+            return dispatch!(self.level, s => match quality {
+                (1, false, _) => square_band::<_, 1, 3, true, true, false, true>(s, job, one, None, out),
+                (1, true, _) => square_band::<_, 1, 4, true, true, false, true>(s, job, one, None, out),
+                (2, _, _) => square_band::<_, 2, 4, true, true, false, true>(s, job, one, None, out),
+                _ => square_band::<_, 3, 4, true, true, false, true>(s, job, one, None, out),
+            });
+        }
+        let shape = self.shape_on(relief.is_some());
         if job.weight.is_some() && shape == Shape::Row {
             return dispatch!(self.level, s => match quality {
                 (1, false, false) => band::<_, 1, 3, false, true>(s, job, one, out),
@@ -255,32 +296,32 @@ impl Direct {
         if relief.is_some() {
             let wide = shape == Shape::WideSquare;
             return dispatch!(self.level, s => match (quality, wide) {
-                ((1, false, _), false) => square_band::<_, 1, 3, true, false, true>(s, job, one, relief, out),
-                ((1, true, _), false) => square_band::<_, 1, 4, true, false, true>(s, job, one, relief, out),
-                ((2, _, _), false) => square_band::<_, 2, 4, true, false, true>(s, job, one, relief, out),
-                (_, false) => square_band::<_, 3, 4, true, false, true>(s, job, one, relief, out),
-                ((1, false, _), true) => square_band::<_, 1, 3, true, true, true>(s, job, one, relief, out),
-                ((1, true, _), true) => square_band::<_, 1, 4, true, true, true>(s, job, one, relief, out),
-                ((2, _, _), true) => square_band::<_, 2, 4, true, true, true>(s, job, one, relief, out),
-                (_, true) => square_band::<_, 3, 4, true, true, true>(s, job, one, relief, out),
+                ((1, false, _), false) => square_band::<_, 1, 3, true, false, true, false>(s, job, one, relief, out),
+                ((1, true, _), false) => square_band::<_, 1, 4, true, false, true, false>(s, job, one, relief, out),
+                ((2, _, _), false) => square_band::<_, 2, 4, true, false, true, false>(s, job, one, relief, out),
+                (_, false) => square_band::<_, 3, 4, true, false, true, false>(s, job, one, relief, out),
+                ((1, false, _), true) => square_band::<_, 1, 3, true, true, true, false>(s, job, one, relief, out),
+                ((1, true, _), true) => square_band::<_, 1, 4, true, true, true, false>(s, job, one, relief, out),
+                ((2, _, _), true) => square_band::<_, 2, 4, true, true, true, false>(s, job, one, relief, out),
+                (_, true) => square_band::<_, 3, 4, true, true, true, false>(s, job, one, relief, out),
             });
         }
         if shape == Shape::Square {
             return dispatch!(self.level, s => match quality {
-                (1, false, false) => square_band::<_, 1, 3, false, false, false>(s, job, one, None, out),
-                (1, false, true) => square_band::<_, 1, 3, true, false, false>(s, job, one, None, out),
-                (1, _, _) => square_band::<_, 1, 4, true, false, false>(s, job, one, None, out),
-                (2, _, _) => square_band::<_, 2, 4, true, false, false>(s, job, one, None, out),
-                _ => square_band::<_, 3, 4, true, false, false>(s, job, one, None, out),
+                (1, false, false) => square_band::<_, 1, 3, false, false, false, false>(s, job, one, None, out),
+                (1, false, true) => square_band::<_, 1, 3, true, false, false, false>(s, job, one, None, out),
+                (1, _, _) => square_band::<_, 1, 4, true, false, false, false>(s, job, one, None, out),
+                (2, _, _) => square_band::<_, 2, 4, true, false, false, false>(s, job, one, None, out),
+                _ => square_band::<_, 3, 4, true, false, false, false>(s, job, one, None, out),
             });
         }
         if shape == Shape::WideSquare {
             return dispatch!(self.level, s => match quality {
-                (1, false, false) => square_band::<_, 1, 3, false, true, false>(s, job, one, None, out),
-                (1, false, true) => square_band::<_, 1, 3, true, true, false>(s, job, one, None, out),
-                (1, _, _) => square_band::<_, 1, 4, true, true, false>(s, job, one, None, out),
-                (2, _, _) => square_band::<_, 2, 4, true, true, false>(s, job, one, None, out),
-                _ => square_band::<_, 3, 4, true, true, false>(s, job, one, None, out),
+                (1, false, false) => square_band::<_, 1, 3, false, true, false, false>(s, job, one, None, out),
+                (1, false, true) => square_band::<_, 1, 3, true, true, false, false>(s, job, one, None, out),
+                (1, _, _) => square_band::<_, 1, 4, true, true, false, false>(s, job, one, None, out),
+                (2, _, _) => square_band::<_, 2, 4, true, true, false, false>(s, job, one, None, out),
+                _ => square_band::<_, 3, 4, true, true, false, false>(s, job, one, None, out),
             });
         }
         dispatch!(self.level, s => match quality {

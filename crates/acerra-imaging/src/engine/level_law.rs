@@ -53,15 +53,17 @@ impl LawPoint {
     }
 }
 
-/// The rays from all pulses to a level plane below level ground.
+/// The rays from the antennas of all pulses to a level plane below level ground.
 #[derive(Debug, Clone)]
 pub(crate) struct LevelLaw {
     ground: Ground,
     light_speed_m_s: f64,
     /// Depth of the plane below the surface, m.
     depth_m: f64,
-    /// Heights of the antennas above the surface, m.
+    /// Heights above the surface of the antenna of every pulse, or of its transmitter and receiver, m.
     height_m: Vec<f64>,
+    /// Antennas of a pulse.
+    antennas: usize,
 }
 
 impl LevelLaw {
@@ -70,33 +72,94 @@ impl LevelLaw {
         let ground = pulses.ground()?;
         let z_m = ground.level_m().filter(|_| grid.is_level())?;
         let depth_m = z_m - grid.plane().origin_m[2];
+        let antennas = 1 + usize::from(pulses.is_bistatic());
+        let height_m = |m: usize| pulses.antennas_m(m).into_iter().take(antennas);
         (depth_m > 0.0).then(|| Self {
             ground: ground.clone(),
             light_speed_m_s: pulses.light_speed_m_s(),
             depth_m,
-            height_m: pulses.position_m().iter().map(|p| p[2] - z_m).collect(),
+            height_m: (0..pulses.len())
+                .flat_map(|m| height_m(m).map(|antenna_m| antenna_m[2] - z_m))
+                .collect(),
+            antennas,
         })
+    }
+
+    /// Whether transmitter and receiver have separate rays.
+    pub fn is_apart(&self) -> bool {
+        self.antennas > 1
+    }
+
+    /// Heights above the surface of the antennas of a pulse, m.
+    pub fn heights_m(&self, pulse: usize) -> &[f64] {
+        &self.height_m[self.antennas * pulse..][..self.antennas]
+    }
+
+    /// Apparent distance of the plane from an antenna at a height, seen along the vertical: the radius with which
+    /// optical lengths curve there, at least, m.
+    pub fn apparent_m(&self, height_m: f64) -> f64 {
+        height_m + self.depth_m / self.ground.largest_index()
     }
 
     /// That of some pulses.
     pub fn slice(&self, range: Range<usize>) -> Self {
         Self {
             ground: self.ground.clone(),
-            height_m: self.height_m[range].to_vec(),
+            height_m: self.height_m[range.start * self.antennas..range.end * self.antennas]
+                .to_vec(),
             ..*self
         }
     }
 
     /// The rays of some pulses, each up to the straight distance that `farthest_m` gives, tabulated, and the index into
-    /// these of every pulse.
+    /// these of every antenna of every pulse.
     pub fn tabulated(
         &self,
         which: Range<usize>,
         farthest_m: impl Fn(usize) -> f64,
     ) -> (Vec<Knots>, Vec<usize>) {
-        let heights = EqualHeights::of(which.map(|m| [self.height_m[m], farthest_m(m)]));
+        let heights = self.equal_heights(which, farthest_m);
         let knots = heights.tabulated(&self.ground, self.light_speed_m_s, self.depth_m);
         (knots, heights.of_antenna)
+    }
+
+    /// Numbers of rays and of tables of [`LevelLaw::tabulated`].
+    pub fn rays(&self, which: Range<usize>, farthest_m: impl Fn(usize) -> f64) -> [u128; 2] {
+        let heights = self.equal_heights(which, farthest_m);
+        [heights.rays(self.depth_m), heights.heights_m.len() as u128]
+    }
+
+    fn equal_heights(
+        &self,
+        which: Range<usize>,
+        farthest_m: impl Fn(usize) -> f64,
+    ) -> EqualHeights {
+        let heights = which.flat_map(|m| {
+            let farthest_m = farthest_m(m);
+            (self.heights_m(m).iter()).map(move |height_m| [*height_m, farthest_m])
+        });
+        EqualHeights::of(heights)
+    }
+
+    /// Bounds (m) of half the optical length of every pulse's ways, from those of the straight distances of its antennas.
+    pub fn half_ways_m(&self, distances_m: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
+        let share = 1.0 / self.antennas as f64;
+        let of_pulse = |m: usize| {
+            let mut half_m = [0.0; 2];
+            for (height_m, distances_m) in self.heights_m(m).iter().zip(distances_m) {
+                let stack = self.ground.stack(*height_m, self.depth_m);
+                let down_m = height_m + self.depth_m;
+                for (half_m, distance_m) in half_m.iter_mut().zip(distances_m[m]) {
+                    let across_m2 = (distance_m - down_m) * (distance_m + down_m);
+                    *half_m += share * stack.ray(across_m2.max(0.0).sqrt()).optical_m;
+                }
+            }
+            half_m
+        };
+        (0..self.height_m.len() / self.antennas)
+            .into_par_iter()
+            .map(of_pulse)
+            .collect()
     }
 }
 
@@ -135,6 +198,13 @@ impl EqualHeights {
             Knots::count([*height_m, depth_m], *farthest_m) as u128
         };
         self.heights_m.iter().map(of_height).sum()
+    }
+
+    /// Largest number of rays that a height has in its table.
+    pub fn longest(&self, depth_m: f64) -> usize {
+        (self.heights_m.iter())
+            .map(|[height_m, farthest_m]| Knots::count([*height_m, depth_m], *farthest_m))
+            .fold(0, usize::max)
     }
 
     /// The rays of every height to a plane `depth_m` below the surface.
@@ -197,6 +267,11 @@ impl Knots {
     /// Least distance, m, and knots in a metre.
     pub fn scale(&self) -> [f64; 2] {
         [self.nearest_m, self.per_m]
+    }
+
+    /// Height of the antenna above the surface, m.
+    pub fn height_m(&self) -> f64 {
+        KNOTS_PER_HEIGHT / self.per_m
     }
 
     /// The rays that are tabulated.

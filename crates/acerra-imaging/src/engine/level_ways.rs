@@ -20,11 +20,11 @@ const CONTRIBUTIONS_A_RAY: u128 = 4;
 
 /// Rays of antennas of one height, over the straight distance.
 #[derive(Debug)]
-struct RayTable {
-    first_bin: f64,
-    bins_per_m: f64,
+pub(super) struct RayTable {
+    pub first_bin: f64,
+    pub bins_per_m: f64,
     /// Half the optical length, m, and the weight of one way.
-    bins: Vec<Bin>,
+    pub bins: Vec<Bin>,
 }
 
 /// Rays from every antenna to one plane.
@@ -64,10 +64,20 @@ impl LevelWays {
         Some(Self {
             level,
             tables: (knots.par_iter())
-                .map(|knots| RayTable::of(knots, &echoes.weights))
+                .map(|knots| RayTable::of(knots, 1, &echoes.weights))
                 .collect(),
             of_pulse: pairs.map(|pair| [pair[0], pair[1]]).collect(),
         })
+    }
+
+    /// Whether [`LevelWays::new`] finds tables, none of them of more than `most_rays`.
+    pub fn pay(
+        echoes: &WeightedPulses,
+        grid: &ImageGrid,
+        (most_bytes, most_rays): (u128, usize),
+    ) -> bool {
+        Antennas::of(echoes, grid, most_bytes)
+            .is_some_and(|antennas| antennas.heights.longest(antennas.depth_m) <= most_rays)
     }
 
     /// Bytes of [`LevelWays::new`], 0 where it is `None`.
@@ -128,12 +138,15 @@ impl<'a> Antennas<'a> {
 }
 
 impl RayTable {
-    fn of(knots: &Knots, weights: &Weights) -> Self {
+    /// Of every `step`-th knot.
+    pub fn of(knots: &Knots, step: usize, weights: &Weights) -> Self {
         let values: Vec<[f64; 2]> = knots
             .points()
+            .step_by(step)
             .map(|point: LawPoint| [0.5 * point.optical_m, weights.of_law(&point).sqrt()])
             .collect();
         let [nearest_m, per_m] = knots.scale();
+        let per_m = per_m / step as f64;
         let middle = |four: &[[f64; 2]]| cubic([four[0], four[1], four[2], four[3]]);
         let inner = values.windows(4).map(middle);
         // Before the second knot the first cubic goes on.

@@ -11,6 +11,7 @@ pub(crate) mod level_law;
 pub(crate) mod level_ways;
 pub(crate) mod planar;
 pub(crate) mod polynomials;
+pub(crate) mod ray_records;
 pub mod reference;
 pub(crate) mod refracted_table;
 pub(crate) mod relief_ways;

@@ -73,9 +73,9 @@ impl Weights {
             }
             _ => None,
         };
-        let law = (!pulses.is_bistatic() && tilt.is_none())
-            .then(|| LevelLaw::new(pulses, grid))
-            .flatten();
+        // The pattern of antennas apart weights both rays.
+        let has_law = tilt.is_none() && (incidence.is_none() || !pulses.is_bistatic());
+        let law = has_law.then(|| LevelLaw::new(pulses, grid)).flatten();
         let edge_begins = |(w, _): &(IncidenceWeight, _)| (w.max_rad - w.taper_rad).max(0.0).cos();
         Ok(Self {
             spreading,

@@ -102,6 +102,21 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn reciprocal(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        let x = unsafe { _mm512_rcp14_ps(a) };
+        // A step of Newton's method doubles the fourteen bits.
+        self.mul_add(x, self.neg_mul_add(a, x, self.splat(1.0)), x)
+    }
+    #[inline(always)]
+    fn inverse_sqrt(self, a: V) -> V {
+        // SAFETY: `self` proves the instructions.
+        let x = unsafe { _mm512_rsqrt14_ps(a) };
+        let half = self.mul(x, self.splat(0.5));
+        let rest = self.neg_mul_add(self.mul(a, x), x, self.splat(1.0));
+        self.mul_add(half, rest, x)
+    }
+    #[inline(always)]
     unsafe fn load(self, p: *const f32) -> V {
         // SAFETY: `self` proves the instructions; the caller vouches for the memory.
         unsafe { _mm512_loadu_ps(p) }

@@ -31,6 +31,16 @@ pub(crate) trait Lanes: Copy {
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;
     fn div(self, a: Self::V, b: Self::V) -> Self::V;
     fn sqrt(self, a: Self::V) -> Self::V;
+    /// 1/a, to two units in the last place.
+    #[inline(always)]
+    fn reciprocal(self, a: Self::V) -> Self::V {
+        self.div(self.splat(1.0), a)
+    }
+    /// 1/√a for normal numbers above zero, to two units in the last place.
+    #[inline(always)]
+    fn inverse_sqrt(self, a: Self::V) -> Self::V {
+        self.div(self.splat(1.0), self.sqrt(a))
+    }
     fn max(self, a: Self::V, b: Self::V) -> Self::V;
     fn abs(self, a: Self::V) -> Self::V;
     fn floor(self, a: Self::V) -> Self::V;

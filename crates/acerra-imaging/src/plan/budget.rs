@@ -10,6 +10,7 @@ use crate::engine::factorized::cell::Cell;
 use crate::engine::factorized::relief_error::relief_error;
 use crate::engine::factorized::spec::{Demand, FactorizedSpec};
 use crate::engine::factorized::two_stages::with_second_stage;
+use crate::engine::level_law::LevelLaw;
 use crate::engine::tables::fit_error::FitErrors;
 use crate::engine::tables::spec::TableSpec;
 use crate::error::ImagingError;
@@ -141,7 +142,9 @@ impl<'a> Budget<'a> {
         // A square has one weight for all of its pixels, and separate heights.
         let has_weights = self.pulses.boresight().is_some()
             || has_own_spreadings(self.pulses, on.grid, [4, 4], &on.sample, accuracy);
+        let is_refracted = LevelLaw::new(self.pulses, self.grid).is_some_and(|law| law.is_apart());
         let shapes: &[Shape] = match (self.grid.is_uneven(), has_weights) {
+            _ if is_refracted => &[Shape::WideSquare],
             (true, _) => &[Shape::Square, Shape::WideSquare],
             (false, true) => &[Shape::Row],
             (false, false) => &[Shape::Row, Shape::Square, Shape::WideSquare],

@@ -1,11 +1,13 @@
 //! Data, pixels and requirements of a plan.
 
 use super::options::PlanOptions;
-use crate::engine::direct::{table_ranges_m, uneven_ranges_m};
+use crate::engine::direct::{half_ways_m, table_ranges_m, uneven_ranges_m};
+use crate::engine::level_ways::LevelWays;
 use crate::engine::weights::{WeightedPulses, Weights};
 use crate::error::ImagingError;
 use crate::grid::image::ImageGrid;
 use crate::grid::tilted::TiltedGrid;
+use crate::kernel::direct::rays::MOST_RECORDS;
 use crate::pulses::{Pulses, Spreading};
 use crate::vector::range_m;
 use std::ops::Range;
@@ -87,8 +89,36 @@ impl<'a> Request<'a> {
     /// Least and greatest range (m) that imaging looks up for each of the pulses `which`, on the grid that
     /// `of` derives from each plane of the request.
     ///
-    /// For separate transmitter and receiver, a range is half the two-way path.
+    /// For separate transmitter and receiver, a range is half the two-way path, which is refracted below level ground.
     pub fn ranges_m(
+        &self,
+        which: Range<usize>,
+        of: impl Fn(&TiltedGrid) -> TiltedGrid,
+    ) -> Vec<[f64; 2]> {
+        let pulses = &self.echoes.pulses;
+        let slices = self.slices.iter().map(|slice| (*slice).into());
+        let refracted: Vec<_> = (slices.chain([self.grid]))
+            .map(|grid: ImageGrid| half_ways_m(pulses, &grid))
+            .collect();
+        let straight_m = match refracted.iter().all(Option::is_some) {
+            true => Vec::new(),
+            false => self.straight_ranges_m(which.clone(), of),
+        };
+        let below = refracted
+            .iter()
+            .flatten()
+            .map(|all_m| &all_m[which.clone()]);
+        let mut ranges_m = straight_m;
+        for others_m in below {
+            if ranges_m.is_empty() {
+                ranges_m = others_m.to_vec();
+            }
+            join(&mut ranges_m, others_m);
+        }
+        ranges_m
+    }
+
+    fn straight_ranges_m(
         &self,
         which: Range<usize>,
         of: impl Fn(&TiltedGrid) -> TiltedGrid,
@@ -119,10 +149,10 @@ impl<'a> Request<'a> {
         }
         let mut ranges_m = table_ranges_m(position_m, &of(self.grid.plane()).into());
         for slice in &self.slices {
-            let others = table_ranges_m(position_m, &of(slice).into());
-            for (range, other) in ranges_m.iter_mut().zip(others) {
-                *range = [range[0].min(other[0]), range[1].max(other[1])];
-            }
+            join(
+                &mut ranges_m,
+                &table_ranges_m(position_m, &of(slice).into()),
+            );
         }
         if self.reach_m > 0.0 {
             for range in &mut ranges_m {
@@ -138,7 +168,7 @@ impl<'a> Request<'a> {
     /// over which an antenna hangs h high and pixels d deep, below all its relief.
     pub fn optical_ranges_m(&self) -> Vec<[f64; 2]> {
         let pulses = &self.echoes.pulses;
-        let mut ranges_m = self.ranges_m(0..pulses.len(), |plane| *plane);
+        let mut ranges_m = self.straight_ranges_m(0..pulses.len(), |plane| *plane);
         if pulses.is_plain() {
             return ranges_m;
         }
@@ -182,9 +212,11 @@ impl<'a> Request<'a> {
             let [_, highest] = ground.surface().span_m();
             grid.is_level() && grid.plane().origin_m[2] >= highest
         };
+        // Optical lengths, which bound these records, are longer than straight distances.
+        let most = (self.options.memory_limit_bytes, MOST_RECORDS / 8);
         let has_law = |grid: &ImageGrid| {
             grid.is_level()
-                && !pulses.is_bistatic()
+                && (!pulses.is_bistatic() || LevelWays::pay(&self.echoes, grid, most))
                 && self.echoes.is_even()
                 && self.echoes.weights.tilt().is_none()
                 && pulses.ground().is_some_and(|g| g.level_m().is_some())
@@ -208,6 +240,13 @@ impl<'a> Request<'a> {
     /// Pixel × pulse contributions.
     pub fn contributions(&self) -> u64 {
         (self.pixels() as u64).saturating_mul(self.echoes.len() as u64)
+    }
+}
+
+/// Widens ranges so that they include others.
+fn join(ranges_m: &mut [[f64; 2]], others_m: &[[f64; 2]]) {
+    for (range, other) in ranges_m.iter_mut().zip(others_m) {
+        *range = [range[0].min(other[0]), range[1].max(other[1])];
     }
 }
 

@@ -1,5 +1,6 @@
 //! Inputs and sizes of the direct kernel.
 
+use super::rays::RaysView;
 use crate::kernel::cosine_power::CosinePower;
 use crate::kernel::profile::DELAYS;
 use acerra_control::Control;
@@ -36,6 +37,8 @@ pub(crate) struct Job<'a> {
     pub reference_below_m: f64,
     /// A further weight of the pixels that is not part of the tables.
     pub weight: Option<PixelWeight<'a>>,
+    /// Rays into level ground for antennas apart: tables are then functions of half the optical way, without weights.
+    pub rays: Option<RaysView<'a>>,
     pub reference: &'a dyn ReferenceContribution,
     pub control: Control<'a>,
 }

@@ -16,12 +16,16 @@
 //! of one or two registers, as each pulse needs: squares of coarse pixels span fewer range bins than pieces
 //! of rows do. Uneven ground always uses squares: the polynomial follows the plane through a square's
 //! heights, and heights off the plane enter to third order.
+//!
+//! Below level ground, antennas apart also take squares: tabulated rays replace the ranges ([`square_rays`]).
 
 pub(crate) mod band;
 mod evaluator;
 mod expansion;
 pub(crate) mod job;
+pub(crate) mod rays;
 pub(crate) mod square;
 mod square_expansion;
 mod square_ground;
+mod square_rays;
 mod unwindowed;

@@ -6,8 +6,10 @@
 
 use super::evaluator::Evaluator;
 use super::job::{Band, CHUNK, GROUP, Job, PixelWeight, SIDE, TILE, Tally, square_rows};
+use super::rays::Rays;
 use super::square_expansion::{Frame, Origin, Seen, SquareBlock, SquarePaths, SquareSetup, expand};
 use super::square_ground::SquareGround;
+use super::square_rays::{CUBE_ROW, FLAT_ROW, WEIGHT_ROW};
 use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
@@ -23,7 +25,7 @@ const MOST_STRIPS: usize = square_rows(8) / SIDE;
 ///
 /// `DEGREE` is the degree of the table, `TERMS` the number of the cosine's coefficients (the sine has one
 /// fewer); `CUBIC` adds the third order of the range within a square, `WIDE` permits windows of two
-/// registers, and `RELIEF` reads the heights of the pixels in `relief`.
+/// registers, `RELIEF` reads the heights of the pixels in `relief`, and `RAYS` follows the rays of `job.rays`.
 #[inline(always)]
 pub(crate) fn square_band<
     S: Lanes,
@@ -32,6 +34,7 @@ pub(crate) fn square_band<
     const CUBIC: bool,
     const WIDE: bool,
     const RELIEF: bool,
+    const RAYS: bool,
 >(
     s: S,
     job: &Job,
@@ -41,6 +44,7 @@ pub(crate) fn square_band<
 ) -> Tally {
     assert!(band.rows <= square_rows(S::N) && out.len() == band.rows * band.columns);
     assert!(job.table.degree == DEGREE && relief.is_some() == RELIEF);
+    assert!(job.rays.is_some() == RAYS && !(RAYS && RELIEF));
     assert!(!matches!(job.weight, Some(PixelWeight::Tilt(_))));
     // Windows hold bins side by side.
     assert!(!(job.windows && job.table.interleaved));
@@ -83,7 +87,7 @@ pub(crate) fn square_band<
                 };
                 let at = k * strip..(k + 1) * strip;
                 let sums = (&mut real[at.clone()], &mut imag[at]);
-                sum_block::<S, DEGREE, TERMS, CUBIC, WIDE, RELIEF>(
+                sum_block::<S, DEGREE, TERMS, CUBIC, WIDE, RELIEF, RAYS>(
                     &block, &lanes, &mut setup, sums, &mut tally,
                 );
             }
@@ -111,6 +115,7 @@ fn sum_block<
     const CUBIC: bool,
     const WIDE: bool,
     const RELIEF: bool,
+    const RAYS: bool,
 >(
     block: &SquareBlock<S>,
     lanes: &Offsets<S>,
@@ -121,9 +126,9 @@ fn sum_block<
     let (s, n, job) = (block.s, S::N, block.job);
     let vectors = GROUP / n;
     assert!(real.len() >= GROUP * n && imag.len() >= GROUP * n && block.groups <= n);
-    setup.measure(block);
-    let paths = expand::<S, CUBIC, WIDE, RELIEF>(block, setup);
-    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, WIDE, RELIEF> {
+    setup.measure::<S, RAYS>(block);
+    let paths = expand::<S, CUBIC, WIDE, RELIEF, RAYS>(block, setup);
+    let sum = BlockSum::<S, DEGREE, TERMS, CUBIC, WIDE, RELIEF, RAYS> {
         block,
         setup,
         paths: &paths,
@@ -197,6 +202,7 @@ struct BlockSum<
     const CUBIC: bool,
     const WIDE: bool,
     const RELIEF: bool,
+    const RAYS: bool,
 > {
     block: &'a SquareBlock<'a, S>,
     setup: &'a SquareSetup,
@@ -214,7 +220,8 @@ impl<
     const CUBIC: bool,
     const WIDE: bool,
     const RELIEF: bool,
-> BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE, RELIEF>
+    const RAYS: bool,
+> BlockSum<'_, S, DEGREE, TERMS, CUBIC, WIDE, RELIEF, RAYS>
 {
     /// Sums of group `k` over the pulses read from windows: real and imaginary part of each vector.
     #[inline(always)]
@@ -224,28 +231,33 @@ impl<
         let (narrow, wide) = (self.paths.narrow, self.paths.wide);
         // SAFETY: parameter sets of the first `narrow` slots and the last `wide` ones were written.
         unsafe {
-            self.windows_of::<false>(k, 0..narrow, &mut sums);
+            if RAYS && !self.paths.is_bent {
+                self.windows_of::<false, false>(k, 0..narrow, &mut sums);
+                self.windows_of::<true, false>(k, CHUNK - wide..CHUNK, &mut sums);
+                return sums;
+            }
+            self.windows_of::<false, true>(k, 0..narrow, &mut sums);
             if WIDE {
-                self.windows_of::<true>(k, CHUNK - wide..CHUNK, &mut sums);
+                self.windows_of::<true, true>(k, CHUNK - wide..CHUNK, &mut sums);
             }
         }
         sums
     }
 
     /// Adds the pulses whose parameters are in `slots` to the sums of group `k`; windows are of two
-    /// registers where `TWO`.
+    /// registers where `TWO`, and rays have their last order where `BENT`.
     ///
     /// # Safety
     /// `k` < N, and the slots were written by [`expand`], for windows of no more registers.
     #[inline(always)]
-    unsafe fn windows_of<const TWO: bool>(
+    unsafe fn windows_of<const TWO: bool, const BENT: bool>(
         &self,
         k: usize,
         slots: Range<usize>,
         sums: &mut [[S::V; 2]; 2],
     ) {
         let (s, n, lanes) = (self.block.s, S::N, self.lanes);
-        let row_length = SquareSetup::rows(RELIEF) * n;
+        let row_length = SquareSetup::rows(RELIEF, RAYS) * n;
         let residual = self.block.ground.residual_m[k].as_ptr();
         let rows = self.setup.windowed.0.as_ptr();
         let is_weighted = self.block.job.weight.is_some();
@@ -256,7 +268,8 @@ impl<
                 let term = |row: usize| s.splat(*at.add(row * n));
                 for (side, sums) in sums.iter_mut().enumerate().take(GROUP / n) {
                     let (i, j) = (lanes.along[side], lanes.across[side]);
-                    let mut linear = s.mul_add(i, term(0), s.mul(j, term(1)));
+                    let slope = if RAYS && !BENT { FLAT_ROW } else { 0 };
+                    let mut linear = s.mul_add(i, term(slope), s.mul(j, term(slope + 1)));
                     let mut square = s.mul_add(
                         lanes.along_square[side],
                         term(2),
@@ -274,7 +287,21 @@ impl<
                         square = s.mul_add(b, change, square);
                     }
                     let mut t = s.add(term(6 + 2 * side), linear);
-                    if CUBIC {
+                    if RAYS {
+                        t = s.add(t, square);
+                        if BENT {
+                            let [ii, ij, jj] = [
+                                lanes.along_square[side],
+                                lanes.product[side],
+                                lanes.across_square[side],
+                            ];
+                            let along =
+                                s.mul_add(ii, term(CUBE_ROW), s.mul(ij, term(CUBE_ROW + 1)));
+                            let along = s.mul_add(jj, term(CUBE_ROW + 2), along);
+                            t = s.mul_add(i, along, t);
+                            t = s.mul_add(j, s.mul(jj, term(CUBE_ROW + 3)), t);
+                        }
+                    } else if CUBIC {
                         // G + Q − GQ/R
                         let damped = s.neg_mul_add(linear, term(5), s.splat(1.0));
                         t = s.mul_add(square, damped, t);
@@ -284,6 +311,11 @@ impl<
                     let start = (*at.add((7 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
                     let weight = match is_weighted {
+                        _ if RAYS => Some(self.ray_weight::<BENT>(
+                            side,
+                            #[inline(always)]
+                            |k| term(WEIGHT_ROW + k),
+                        )),
                         true => Some(term(SquareSetup::weight_row(RELIEF))),
                         false => None,
                     };
@@ -292,6 +324,21 @@ impl<
                 at = at.wrapping_add(row_length);
             }
         }
+    }
+
+    /// The weight of the pixels of a vector from its expansion about the group's middle.
+    #[inline(always)]
+    fn ray_weight<const BENT: bool>(&self, side: usize, term: impl Fn(usize) -> S::V) -> S::V {
+        let (s, lanes) = (self.block.s, self.lanes);
+        let (i, j) = (lanes.along[side], lanes.across[side]);
+        let middle = if BENT { 0 } else { FLAT_ROW + 2 - WEIGHT_ROW };
+        let weight = s.mul_add(i, term(1), s.mul_add(j, term(2), term(middle)));
+        if !BENT {
+            return weight;
+        }
+        let weight = s.mul_add(lanes.along_square[side], term(3), weight);
+        let weight = s.mul_add(lanes.product[side], term(4), weight);
+        s.mul_add(lanes.across_square[side], term(5), weight)
     }
 
     /// Adds the pulses that gather to the sums of group `k`.
@@ -326,14 +373,27 @@ impl<
                 let offset = [i, j, height];
                 let [sent, mut difference] = self.exact(&origin.from[0], offset);
                 let mut weight = None;
-                if is_apart {
+                let mut excess = s.splat(0.0);
+                if RAYS && let Some(view) = &block.job.rays {
+                    let pulse = block.pulses.start + m;
+                    let [_, of_received] = self.exact(&origin.from[1], offset);
+                    let row = |k: usize| (&view.rows[k][pulse], origin.places[k]);
+                    let sent = Rays::at(s, view, row(0), difference);
+                    let received = Rays::at(s, view, row(1), of_received);
+                    difference = mean(s, difference, of_received);
+                    excess = mean(s, sent.excess(s), received.excess(s));
+                    weight = Some(s.mul(sent.weight(s), received.weight(s)));
+                } else if is_apart {
                     let [received, of_received] = self.exact(&origin.from[1], offset);
                     difference = mean(s, difference, of_received);
                     if is_weighted {
                         weight = Some(spreading(s, sent, received));
                     }
                 }
-                let t = s.mul_add(difference, bins, s.splat(origin.fraction));
+                let mut t = s.mul_add(difference, bins, s.splat(origin.fraction));
+                if RAYS {
+                    t = s.add(t, excess);
+                }
                 let lowest = s.splat(-(origin.whole as f32));
                 let highest = s.splat((table.stride as i32 - 1 - origin.whole) as f32);
                 // SAFETY: the rounded index, counted from the start of the pulse's row, is clamped

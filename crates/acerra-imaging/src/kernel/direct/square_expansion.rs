@@ -2,7 +2,9 @@
 //! double-precision sum for each pulse.
 
 use super::job::{Band, CHUNK, GROUP, HALF, Job, PixelWeight, SIDE};
+use super::rays::Place;
 use super::square_ground::SquareGround;
+use super::square_rays::{RAY_ROWS, TwoWays};
 use super::unwindowed::{Unwindowed, whole_and_rest};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
@@ -34,6 +36,8 @@ pub(super) struct Frame {
     unit: [[f64; 3]; 2],
     /// Cosine of the angle between the unit vectors.
     pub skew: f64,
+    /// Half the square of the distance along, the product of both distances, and half the square of that across, m².
+    pub bends: [f32; 3],
 }
 
 impl Frame {
@@ -47,6 +51,11 @@ impl Frame {
             pixel_m,
             unit,
             skew: dot(unit[0], unit[1]),
+            bends: [
+                (0.5 * pixel_m[0] * pixel_m[0]) as f32,
+                (pixel_m[0] * pixel_m[1]) as f32,
+                (0.5 * pixel_m[1] * pixel_m[1]) as f32,
+            ],
         }
     }
 }
@@ -76,6 +85,8 @@ pub(super) struct Seen {
 /// The middle of a group, relative to the antennas of a pulse.
 pub(super) struct Origin {
     pub from: [Seen; 2],
+    /// Places of the ranges among tabulated rays, where there are any.
+    pub places: [Place; 2],
     /// Mean range in bins, as whole bins past the pulse's entry 0 and a fraction.
     pub whole: i32,
     pub fraction: f32,
@@ -90,7 +101,8 @@ impl Origin {
         let (point, job) = (block.point_m(along, f64::from(HALF), up_m), block.job);
         let pulse = block.pulses.start + m;
         let (mut from, mut mean) = ([Seen::default(); 2], 0.0);
-        for (seen, antenna_m) in from.iter_mut().zip(job.antennas_m) {
+        let mut places = [Place::default(); 2];
+        for (k, (seen, antenna_m)) in from.iter_mut().zip(job.antennas_m).enumerate() {
             let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - antenna_m[axis][pulse]);
             let range = norm(d);
             mean += range / job.antennas_m.len() as f64;
@@ -100,11 +112,17 @@ impl Origin {
                 across_m: dot(d, frame.unit[1]) as f32,
                 up_m: d[2] as f32,
             };
+            if let Some(rays) = &job.rays {
+                let row = &rays.rows[k][pulse];
+                places[k] = row.place(range);
+                mean += row.beyond_m / job.antennas_m.len() as f64;
+            }
         }
         let bins = mean * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
         let (whole, fraction) = whole_and_rest(bins);
         Self {
             from,
+            places,
             whole,
             fraction,
         }
@@ -119,27 +137,33 @@ pub(super) struct SquareSetup {
     /// that vector's window, and the bits of the integer at which the window starts in the chunk's table;
     /// over uneven ground also the change of the range with height (bins a metre), that of its slopes along
     /// the row and across, and half its second derivative with height; last the weight of the group, where
-    /// pixels have one. Pulses of narrow windows are stored from the front on, those of wide ones from the
+    /// pixels have one. Below level ground the rows of [`TwoWays`] follow instead. Pulses of narrow windows are stored from the front on, those of wide ones from the
     /// back.
     pub windowed: Aligned<{ CHUNK * Self::MOST_ROWS * MAX_LANES }>,
     pub frame: Frame,
     /// Middle of the block from each antenna of each pulse, and the mean range in bins.
-    from: [[Seen; CHUNK]; 2],
-    fraction: [f32; CHUNK],
+    pub from: [[Seen; CHUNK]; 2],
+    /// Places of these ranges among tabulated rays, where there are any.
+    pub places: [[Place; CHUNK]; 2],
+    pub fraction: [f32; CHUNK],
     whole: [i32; CHUNK],
 }
 
 impl SquareSetup {
-    const MOST_ROWS: usize = 15;
+    const MOST_ROWS: usize = RAY_ROWS;
 
     /// Rows of parameters of a pulse.
-    pub const fn rows(relief: bool) -> usize {
-        Self::weight_row(relief) + 1
+    pub const fn rows(relief: bool, rays: bool) -> usize {
+        if rays {
+            RAY_ROWS
+        } else {
+            Self::weight_row(relief) + 1
+        }
     }
 
     /// The row of the weights.
     pub const fn weight_row(relief: bool) -> usize {
-        if relief { Self::MOST_ROWS - 1 } else { 10 }
+        if relief { 14 } else { 10 }
     }
 
     pub fn new(band: &Band) -> Self {
@@ -147,6 +171,7 @@ impl SquareSetup {
             windowed: Aligned([0.0; CHUNK * Self::MOST_ROWS * MAX_LANES]),
             frame: Frame::of(band),
             from: [[Seen::default(); CHUNK]; 2],
+            places: [[Place::default(); CHUNK]; 2],
             fraction: [0.0; CHUNK],
             whole: [0; CHUNK],
         }
@@ -154,15 +179,16 @@ impl SquareSetup {
 
     /// Computes the ranges from every antenna to the block's middle in double precision.
     #[inline(always)]
-    pub fn measure<S: Lanes>(&mut self, block: &SquareBlock<S>) {
+    pub fn measure<S: Lanes, const RAYS: bool>(&mut self, block: &SquareBlock<S>) {
         let along = 0.5 * (SIDE * S::N - 1) as f64;
         let middle = block.point_m(along, f64::from(HALF), block.ground.middle_m);
         let ([x, y, z], job) = (middle, block.job);
         let ([u, v], inverse_bin) = (self.frame.unit, 1.0 / job.table.bin_m);
         let start = &job.table.first_bin[block.pulses.clone()];
         let share = 1.0 / job.antennas_m.len() as f64;
-        let mut mean = [0f64; CHUNK];
-        for (from, antenna_m) in self.from.iter_mut().zip(job.antennas_m) {
+        let [mut mean, mut ranges_m] = [[0f64; CHUNK]; 2];
+        let seen = self.from.iter_mut().zip(&mut self.places);
+        for (k, ((from, places), antenna_m)) in seen.zip(job.antennas_m).enumerate() {
             let px = &antenna_m[0][block.pulses.clone()];
             let py = &antenna_m[1][block.pulses.clone()];
             let pz = &antenna_m[2][block.pulses.clone()];
@@ -176,6 +202,14 @@ impl SquareSetup {
                     across_m: (dx * v[0] + dy * v[1] + dz * v[2]) as f32,
                     up_m: dz as f32,
                 };
+                ranges_m[m] = range;
+            }
+            if RAYS && let Some(rays) = &job.rays {
+                let rows = &rays.rows[k][block.pulses.clone()];
+                for (m, row) in rows.iter().enumerate() {
+                    places[m] = row.place(ranges_m[m]);
+                    mean[m] += share * row.beyond_m;
+                }
             }
         }
         for m in 0..block.pulses.len() {
@@ -189,56 +223,74 @@ pub(super) struct SquarePaths {
     /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
     pub narrow: usize,
     pub wide: usize,
+    /// Whether the rays of a pulse with windows need the third order of ways, or the second of weights.
+    pub is_bent: bool,
     pub others: Unwindowed,
+}
+
+impl SquarePaths {
+    /// The slot of the next pulse whose windows are of one register, or of two.
+    #[inline(always)]
+    fn slot(&mut self, is_narrow: bool) -> usize {
+        if is_narrow {
+            self.narrow += 1;
+            self.narrow - 1
+        } else {
+            self.wide += 1;
+            CHUNK - self.wide
+        }
+    }
 }
 
 /// The range over each group, one lane a group, in bins and pixels.
 #[derive(Clone, Copy)]
-struct Expansion<S: Lanes> {
+pub(super) struct Expansion<S: Lanes> {
     /// Range at the middle from the nearer antenna, m.
-    range_m: S::V,
+    pub range_m: S::V,
     /// Range at the middle, bins past the whole bins of the block's middle.
-    t: S::V,
-    slope: [S::V; 2],
+    pub t: S::V,
+    pub slope: [S::V; 2],
     /// Half the second derivative along the row.
-    along_square: S::V,
+    pub along_square: S::V,
     /// Mixed second derivative.
-    product: S::V,
+    pub product: S::V,
     /// Half the second derivative across.
-    across_square: S::V,
+    pub across_square: S::V,
     /// One over the range in bins.
-    inverse_bins: S::V,
+    pub inverse_bins: S::V,
     /// Bound of the expansion's truncation error.
-    truncation_error: S::V,
+    pub truncation_error: S::V,
     /// Bound of the third-order part over a group.
-    third: S::V,
+    pub third: S::V,
     /// Bound of the change of range by heights off the planes of the groups.
-    uneven: S::V,
+    pub uneven: S::V,
     /// Derivative of the range with height (bins a metre).
-    rise: S::V,
+    pub rise: S::V,
     /// Derivatives of both slopes with height.
-    slope_change: [S::V; 2],
-    half_curvature: S::V,
+    pub slope_change: [S::V; 2],
+    pub half_curvature: S::V,
 }
 
 /// The groups of a block, one lane each.
-struct Groups<S: Lanes> {
+pub(super) struct Groups<S: Lanes> {
     /// Offsets of the groups' middles from the block's middle along the row, m.
-    along_m: S::V,
+    pub along_m: S::V,
     /// Heights of the groups' middles above the block's middle, m; zero over level ground.
-    plane_m: S::V,
+    pub plane_m: S::V,
     /// Slopes of the groups' planes.
-    slope: [S::V; 2],
+    pub slope: [S::V; 2],
     /// Largest departures of pixels from the groups' planes, m.
-    uneven_m: S::V,
+    pub uneven_m: S::V,
     /// Squared lengths of the axes in the groups' planes (axes of the band are unit vectors).
-    axes: [S::V; 2],
+    pub axes: [S::V; 2],
     /// Inner products of these axes.
-    skew: S::V,
+    pub skew: S::V,
     /// Square of the greatest distance of a pixel from the middle, m².
-    reach_square: S::V,
+    pub reach_square: S::V,
+    /// That distance on a plane, m.
+    pub reach: f32,
     /// Least range at which tables are read, m.
-    near_m: S::V,
+    pub near_m: S::V,
 }
 
 impl<S: Lanes> Groups<S> {
@@ -255,6 +307,7 @@ impl<S: Lanes> Groups<S> {
         let zero = s.splat(0.0);
         let near_m = block.job.reference_below_m as f32 + (HALF + 1.0) * (pu + pv);
         let (one, skew) = (s.splat(1.0), frame.skew as f32);
+        let reach_square = HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs());
         let mut groups = Self {
             // SAFETY: `offsets` has MAX_LANES ≥ N numbers.
             along_m: unsafe { s.load(offsets.as_ptr()) },
@@ -263,7 +316,8 @@ impl<S: Lanes> Groups<S> {
             uneven_m: zero,
             axes: [one; 2],
             skew: s.splat(skew),
-            reach_square: s.splat(HALF * HALF * (pu * pu + pv * pv + 2.0 * pu * pv * skew.abs())),
+            reach_square: s.splat(reach_square),
+            reach: reach_square.sqrt(),
             near_m: s.splat(near_m),
         };
         if RELIEF {
@@ -412,7 +466,7 @@ impl<S: Lanes> Expansion<S> {
 
     /// Half of the sum of two expansions, or half of their difference where `sign` is −1.
     #[inline(always)]
-    fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
+    pub fn half_sum(&self, s: S, other: &Self, sign: S::V) -> Self {
         half_sums!(
             (s, sign, self, other),
             [
@@ -500,7 +554,7 @@ impl<S: Lanes> Expansion<S> {
     fn store<const RELIEF: bool>(&self, s: S, windows: [S::V; 2], start: i32, rows: &mut [f32]) {
         let n = S::N;
         let rounding = s.splat(ROUNDING);
-        assert!(rows.len() == SquareSetup::rows(RELIEF) * n);
+        assert!(rows.len() >= SquareSetup::rows(RELIEF, false) * n);
         // SAFETY: `rows` holds that many rows of N numbers.
         unsafe {
             let at = rows.as_mut_ptr();
@@ -528,18 +582,30 @@ impl<S: Lanes> Expansion<S> {
 /// Expands the ranges of all pulses of a chunk and decides how each pulse is read. All degrees of tables
 /// share this function.
 #[inline(never)]
-pub(super) fn expand<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool>(
+pub(super) fn expand<
+    S: Lanes,
+    const CUBIC: bool,
+    const WIDE: bool,
+    const RELIEF: bool,
+    const RAYS: bool,
+>(
     block: &SquareBlock<S>,
     setup: &mut SquareSetup,
 ) -> SquarePaths {
     block.s.vectorize(
         #[inline(always)]
-        |_| expand_here::<S, CUBIC, WIDE, RELIEF>(block, setup),
+        |_| expand_here::<S, CUBIC, WIDE, RELIEF, RAYS>(block, setup),
     )
 }
 
 #[inline(always)]
-fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool>(
+fn expand_here<
+    S: Lanes,
+    const CUBIC: bool,
+    const WIDE: bool,
+    const RELIEF: bool,
+    const RAYS: bool,
+>(
     block: &SquareBlock<S>,
     setup: &mut SquareSetup,
 ) -> SquarePaths {
@@ -554,9 +620,38 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
     let mut paths = SquarePaths {
         narrow: 0,
         wide: 0,
+        is_bent: false,
         others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
+        if RAYS && let Some(rays) = &job.rays {
+            // Tables hold no weights and rays no near field: every place is read from tables.
+            let of_pulse = (rays, m, block.pulses.start + m);
+            let ways = TwoWays::of(s, &groups, setup, of_pulse, table.bin_m);
+            let (span, windows) = ways.half.windows::<CUBIC, RELIEF>(s);
+            let negative = s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1]));
+            let whole = s.splat(setup.whole[m] as f32);
+            let most = s.add(whole, s.max(windows[0], windows[1]));
+            let fits = job.windows
+                && s.all_le(span, widest)
+                && s.all_le(ways.half.truncation_error, tolerance)
+                && ways.has_smooth_weight(s, rays.weight_tolerance)
+                && s.all_le(negative, whole)
+                && s.all_le(most, last_window);
+            if !fits {
+                paths.others.gather(m);
+                continue;
+            }
+            let slot = paths.slot(!WIDE || s.all_le(span, narrowest));
+            let length = RAY_ROWS * n;
+            let rows = &mut setup.windowed.0[slot * length..][..length];
+            let start = (m * table.pulse_stride) as i32 + setup.whole[m];
+            ways.half.store::<RELIEF>(s, windows, start, rows);
+            ways.store(s, rows);
+            let tolerance_bins = job.tolerance_bins as f32;
+            paths.is_bent |= !ways.is_flat(s, tolerance_bins, rays.weight_tolerance);
+            continue;
+        }
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);
         let (mut expansion, mut received) = (sent, sent);
         if job.antennas_m.len() > 1 {
@@ -580,14 +675,8 @@ fn expand_here<S: Lanes, const CUBIC: bool, const WIDE: bool, const RELIEF: bool
             paths.others.gather(m);
             continue;
         }
-        let length = SquareSetup::rows(RELIEF) * n;
-        let slot = if !WIDE || s.all_le(span, narrowest) {
-            paths.narrow += 1;
-            paths.narrow - 1
-        } else {
-            paths.wide += 1;
-            CHUNK - paths.wide
-        };
+        let length = SquareSetup::rows(RELIEF, false) * n;
+        let slot = paths.slot(!WIDE || s.all_le(span, narrowest));
         let rows = &mut setup.windowed.0[slot * length..][..length];
         let start = (m * table.pulse_stride) as i32 + setup.whole[m];
         expansion.store::<RELIEF>(s, windows, start, rows);

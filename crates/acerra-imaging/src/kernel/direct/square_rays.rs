@@ -1,0 +1,267 @@
+//! Half the optical way over squares of pixels below level ground, for antennas apart.
+//!
+//! The optical length of a ray and its weight are functions P and w of the straight distance R. Their polynomials
+//! about the middle of a square follow from those of R, G + Q − GQ/R with a linear part G and a quadratic part Q:
+//! P′G + (P′Q + P″G²/2) + G((P″ − P′/R)Q + P‴G²/6). The mean of both antennas is that of the coefficients, the weight
+//! of a contribution the product of both polynomials up to second order.
+
+use super::job::HALF;
+use super::rays::{RayRow, Rays, RaysView};
+use super::square_expansion::{Expansion, Groups, Seen, SquareSetup};
+use crate::kernel::lanes::Lanes;
+use crate::kernel::two_ways::half_sum;
+
+/// First of the rows of parameters with the coefficients of third order, and of those with the weights.
+pub(super) const CUBE_ROW: usize = 10;
+pub(super) const WEIGHT_ROW: usize = 14;
+/// First of the rows of parameters of pulses without the last orders: slopes along the row and across, and the weight.
+pub(super) const FLAT_ROW: usize = 20;
+/// Rows of parameters of a pulse.
+pub(super) const RAY_ROWS: usize = 23;
+
+/// Share of the allowed error up to which the last orders are left out.
+const FLAT: f32 = 0.6;
+/// Mean of the square of a pixel's place in a square along an axis, and the slope of the line nearest to its cube.
+const MEAN_SQUARE: f32 = 1.25;
+const CUBE_SLOPE: f32 = 2.05;
+/// Root mean square of the third order that linear terms leave, at most, relative to the bound of the third order.
+const LEFT: f32 = 0.35;
+
+/// One antenna's way to the groups of a block, one lane a group.
+struct OneWay<S: Lanes> {
+    /// The optical length, in bins and pixels.
+    way: Expansion<S>,
+    /// Coefficients of i³, i²j, ij² and j³.
+    cubes: [S::V; 4],
+    /// Weight at the middle, its changes along the row and across, and its terms of i², ij and j².
+    weight: [S::V; 6],
+}
+
+/// Half the way there and back, and the weight of a contribution.
+pub(super) struct TwoWays<S: Lanes> {
+    pub half: Expansion<S>,
+    cubes: [S::V; 4],
+    weight: [S::V; 6],
+    /// Sum of the magnitudes of the weight's quadratic terms.
+    weight_square: S::V,
+}
+
+/// a·x + b·y of quadratic forms x and y.
+#[inline(always)]
+fn sums<S: Lanes>(s: S, [a, b]: [S::V; 2], x: &[S::V; 3], y: &[S::V; 3]) -> [S::V; 3] {
+    [
+        s.mul_add(a, x[0], s.mul(b, y[0])),
+        s.mul_add(a, x[1], s.mul(b, y[1])),
+        s.mul_add(a, x[2], s.mul(b, y[2])),
+    ]
+}
+
+#[inline(always)]
+fn absolute_sum<S: Lanes>(s: S, [a, b]: [S::V; 2]) -> S::V {
+    s.add(s.abs(a), s.abs(b))
+}
+
+/// The terms k and l of two polynomials multiplied crosswise.
+#[inline(always)]
+fn crossed<S: Lanes>(s: S, (a, b): (&[S::V; 6], &[S::V; 6]), [k, l]: [usize; 2]) -> S::V {
+    s.mul_add(a[k], b[l], s.mul(a[l], b[k]))
+}
+
+impl<S: Lanes> OneWay<S> {
+    #[inline(always)]
+    fn of(
+        s: S,
+        groups: &Groups<S>,
+        setup: &SquareSetup,
+        (view, row, antenna, m): (&RaysView, &RayRow, usize, usize),
+        bin_m: f64,
+    ) -> Self {
+        let frame = &setup.frame;
+        // Lengths are in records from here on, optical lengths in bins.
+        let per_m = row.per_m as f32;
+        let [pu, pv] = frame.pixel_m.map(|p| p as f32 * per_m);
+        let [bu, buv, bv] = frame.bends.map(|b| b * per_m);
+        let (skew, bins) = (frame.skew as f32, (1.0 / bin_m) as f32);
+        let one = s.splat(1.0);
+        let seen: &Seen = &setup.from[antenna][m];
+        let range0 = s.splat(seen.range_m);
+        let along0 = s.splat(seen.along_m);
+        let along = s.add(along0, groups.along_m);
+        let across = s.mul_add(groups.along_m, s.splat(skew), s.splat(seen.across_m));
+        let square_difference = s.mul(groups.along_m, s.add(along, along0));
+        let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
+        let inverse = s.inverse_sqrt(square);
+        let range = s.mul(square, inverse);
+        let difference = s.mul(square_difference, s.reciprocal(s.add(range, range0)));
+        // Linear and quadratic part of the straight distance, and the square of the linear part.
+        let (u, v) = (s.mul(along, inverse), s.mul(across, inverse));
+        let (a, b) = (s.mul(u, s.splat(pu)), s.mul(v, s.splat(pv)));
+        let q = [
+            s.mul(s.mul(inverse, s.splat(bu)), s.neg_mul_add(u, u, one)),
+            s.mul(
+                s.mul(inverse, s.splat(buv)),
+                s.neg_mul_add(u, v, s.splat(skew)),
+            ),
+            s.mul(s.mul(inverse, s.splat(bv)), s.neg_mul_add(v, v, one)),
+        ];
+        let squares = [s.mul(a, a), s.mul(s.add(a, a), b), s.mul(b, b)];
+
+        let place = setup.places[antenna][m];
+        let rays = Rays::at(s, view, (row, place), difference);
+        let [[excess, e1, f2, f3], [w0, w1, w2, _]] = rays.powers(s);
+        let f1 = s.add(e1, s.splat(row.record_bins));
+        let [second_u, second_uv, second_v] = sums(s, [f1, f2], &q, &squares);
+        // G((2 f₂ − f₁/R) Q + f₃ G²)
+        let bent = s.mul(f1, s.mul(inverse, s.splat(row.record_m)));
+        let mixed = s.sub(s.add(f2, f2), bent);
+        let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
+        let [weight_u, weight_uv, weight_v] = sums(s, [w1, w2], &q, &squares);
+        let zero = s.splat(0.0);
+        Self {
+            way: Expansion {
+                range_m: range,
+                t: s.add(
+                    s.mul_add(difference, s.splat(bins), s.splat(setup.fraction[m])),
+                    excess,
+                ),
+                slope: [s.mul(f1, a), s.mul(f1, b)],
+                along_square: second_u,
+                product: second_uv,
+                across_square: second_v,
+                inverse_bins: zero,
+                truncation_error: zero,
+                third: zero,
+                uneven: zero,
+                rise: zero,
+                slope_change: [zero; 2],
+                half_curvature: zero,
+            },
+            cubes: [
+                s.mul(a, caa),
+                s.mul_add(a, cab, s.mul(b, caa)),
+                s.mul_add(a, cbb, s.mul(b, cab)),
+                s.mul(b, cbb),
+            ],
+            weight: [
+                w0,
+                s.mul(w1, a),
+                s.mul(w1, b),
+                weight_u,
+                weight_uv,
+                weight_v,
+            ],
+        }
+    }
+}
+
+impl<S: Lanes> TwoWays<S> {
+    /// Half of the ways of pulse `m` of a chunk, the pulse `pulse` of all.
+    #[inline(always)]
+    pub fn of(
+        s: S,
+        groups: &Groups<S>,
+        setup: &SquareSetup,
+        (view, m, pulse): (&RaysView, usize, usize),
+        bin_m: f64,
+    ) -> Self {
+        let rows = [&view.rows[0][pulse], &view.rows[1][pulse]];
+        let sent = OneWay::of(s, groups, setup, (view, rows[0], 0, m), bin_m);
+        let received = OneWay::of(s, groups, setup, (view, rows[1], 1, m), bin_m);
+        let one = s.splat(1.0);
+        let (a, b) = (&sent.weight, &received.weight);
+        let weight = [
+            s.mul(a[0], b[0]),
+            crossed(s, (a, b), [0, 1]),
+            crossed(s, (a, b), [0, 2]),
+            s.mul_add(a[1], b[1], crossed(s, (a, b), [0, 3])),
+            s.add(crossed(s, (a, b), [1, 2]), crossed(s, (a, b), [0, 4])),
+            s.mul_add(a[2], b[2], crossed(s, (a, b), [0, 5])),
+        ];
+        let cubes = [
+            half_sum(s, one, sent.cubes[0], received.cubes[0]),
+            half_sum(s, one, sent.cubes[1], received.cubes[1]),
+            half_sum(s, one, sent.cubes[2], received.cubes[2]),
+            half_sum(s, one, sent.cubes[3], received.cubes[3]),
+        ];
+        let mut half = sent.way.half_sum(s, &received.way, one);
+        let third = s.add(
+            absolute_sum(s, [cubes[0], cubes[1]]),
+            absolute_sum(s, [cubes[2], cubes[3]]),
+        );
+        half.third = s.mul(third, s.splat(HALF * HALF * HALF));
+        // Of fourth order: a refracted way changes over lengths of the antenna's height, a straight one over its distance.
+        let inverse_height = rows[0].inverse_height.max(rows[1].inverse_height);
+        let near = rows[0].inverse_apparent.max(rows[1].inverse_apparent);
+        let square = s.add(
+            absolute_sum(s, [half.along_square, half.product]),
+            s.abs(half.across_square),
+        );
+        half.truncation_error = s.mul_add(
+            half.third,
+            s.splat(groups.reach * inverse_height),
+            s.mul(square, s.splat((HALF * groups.reach * near).powi(2))),
+        );
+        Self {
+            half,
+            cubes,
+            weight,
+            weight_square: s.add(absolute_sum(s, [weight[3], weight[4]]), s.abs(weight[5])),
+        }
+    }
+
+    /// Whether the weight's expansion errs by no more than a share `tolerance` of the weight. Of third order a power of
+    /// the distance has about the product of its linear and its quadratic part.
+    #[inline(always)]
+    pub fn has_smooth_weight(&self, s: S, tolerance: f32) -> bool {
+        let third = s.mul(
+            absolute_sum(s, [self.weight[1], self.weight[2]]),
+            self.weight_square,
+        );
+        let w0 = self.weight[0];
+        let allowed = s.mul(s.mul(w0, w0), s.splat(tolerance / HALF.powi(3)));
+        s.all_le(third, allowed)
+    }
+
+    /// Whether ways without their third order and weights without their second err by little more than the share [`FLAT`]
+    /// of a tolerance of the ways, in bins, and of the weight: the terms that remain are those nearest to all terms.
+    #[inline(always)]
+    pub fn is_flat(&self, s: S, tolerance_bins: f32, tolerance: f32) -> bool {
+        let left = s.mul_add(self.half.third, s.splat(LEFT), self.half.truncation_error);
+        let allowed = s.mul(self.weight[0], s.splat(FLAT * tolerance));
+        s.all_le(left, s.splat(FLAT * tolerance_bins)) && s.all_le(self.weight_square, allowed)
+    }
+
+    /// Stores the coefficients of third order and the weights in the rows of a pulse.
+    #[inline(always)]
+    pub fn store(&self, s: S, rows: &mut [f32]) {
+        assert!(rows.len() >= RAY_ROWS * S::N);
+        let (cubes, weight) = (&self.cubes, &self.weight);
+        let (mean, slope) = (s.splat(MEAN_SQUARE), s.splat(CUBE_SLOPE));
+        let flat = [
+            s.mul_add(
+                cubes[2],
+                mean,
+                s.mul_add(cubes[0], slope, self.half.slope[0]),
+            ),
+            s.mul_add(
+                cubes[1],
+                mean,
+                s.mul_add(cubes[3], slope, self.half.slope[1]),
+            ),
+            s.mul_add(s.add(weight[3], weight[5]), mean, weight[0]),
+        ];
+        // SAFETY: `rows` holds RAY_ROWS rows of N numbers.
+        unsafe {
+            let at = rows.as_mut_ptr();
+            for (k, v) in cubes.iter().enumerate() {
+                s.store(at.add((CUBE_ROW + k) * S::N), *v);
+            }
+            for (k, v) in weight.iter().enumerate() {
+                s.store(at.add((WEIGHT_ROW + k) * S::N), *v);
+            }
+            for (k, v) in flat.iter().enumerate() {
+                s.store(at.add((FLAT_ROW + k) * S::N), *v);
+            }
+        }
+    }
+}
