@@ -96,11 +96,7 @@ pub fn table(outcome: &Outcome) -> String {
         };
     }
     let others = left.iter().filter(|(_, exceeds)| *exceeds).count();
-    let _ = writeln!(
-        text,
-        "| others | | | | | | {others} of {} |",
-        left.len()
-    );
+    let _ = writeln!(text, "| others | | | | | | {others} of {} |", left.len());
     println!("{text}");
     assert!(found >= 3 && others <= 1, "{found} found, {others} others");
     text
