@@ -27,5 +27,7 @@ pub(crate) mod rays;
 pub(crate) mod square;
 mod square_expansion;
 mod square_ground;
+mod square_paths;
 mod square_rays;
+mod square_setup;
 mod unwindowed;

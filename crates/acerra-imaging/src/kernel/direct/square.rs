@@ -7,9 +7,11 @@
 use super::evaluator::Evaluator;
 use super::job::{Band, CHUNK, GROUP, Job, PixelWeight, SIDE, TILE, Tally, square_rows};
 use super::rays::Rays;
-use super::square_expansion::{Frame, Origin, Seen, SquareBlock, SquarePaths, SquareSetup, expand};
 use super::square_ground::SquareGround;
-use super::square_rays::{CUBE_ROW, FLAT_ROW, WEIGHT_ROW};
+use super::square_paths::{SquarePaths, expand};
+use super::square_setup::{
+    CUBE_ROW, FLAT_ROW, Frame, Origin, Seen, SquareBlock, SquareSetup, WEIGHT_ROW,
+};
 use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};

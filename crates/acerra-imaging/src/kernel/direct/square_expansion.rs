@@ -1,246 +1,9 @@
-//! Expansion of the range over squares of pixels, and the choice between windows, gathers and the
-//! double-precision sum for each pulse.
+//! Expansion of the range over squares of pixels.
 
-use super::job::{Band, CHUNK, GROUP, HALF, Job, PixelWeight, SIDE};
-use super::rays::Place;
-use super::square_ground::SquareGround;
-use super::square_rays::{RAY_ROWS, TwoWays};
-use super::unwindowed::{Unwindowed, whole_and_rest};
-use crate::kernel::aligned::Aligned;
+use super::job::{GROUP, HALF, SIDE};
+use super::square_setup::{Frame, SquareBlock, SquareSetup};
 use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
-use crate::kernel::two_ways::{half_sum, half_sums, lesser, spreading};
-use crate::vector::{dot, norm};
-use std::ops::Range;
-
-/// Pulses of a chunk and the pixels of one block: groups side by side in a strip of [`SIDE`] rows.
-pub(super) struct SquareBlock<'a, S> {
-    pub s: S,
-    pub job: &'a Job<'a>,
-    pub band: &'a Band,
-    /// First column of the block, and its first row.
-    pub column: usize,
-    pub row: usize,
-    /// Groups that hold pixels of the band.
-    pub groups: usize,
-    pub pulses: Range<usize>,
-    /// Heights of the block's pixels; level ground for kernels without heights.
-    pub ground: &'a SquareGround,
-}
-
-/// Axes of a band.
-#[derive(Clone, Copy)]
-pub(super) struct Frame {
-    /// Distance of pixels along the row and across, m.
-    pub pixel_m: [f64; 2],
-    /// Unit vectors along the row and across.
-    unit: [[f64; 3]; 2],
-    /// Cosine of the angle between the unit vectors.
-    pub skew: f64,
-    /// Half the square of the distance along, the product of both distances, and half the square of that across, m².
-    pub bends: [f32; 3],
-}
-
-impl Frame {
-    fn of(band: &Band) -> Self {
-        let pixel_m = [band.u_m, band.v_m].map(|v| norm(v).max(1e-12));
-        let unit = [
-            band.u_m.map(|x| x / pixel_m[0]),
-            band.v_m.map(|x| x / pixel_m[1]),
-        ];
-        Self {
-            pixel_m,
-            unit,
-            skew: dot(unit[0], unit[1]),
-            bends: [
-                (0.5 * pixel_m[0] * pixel_m[0]) as f32,
-                (pixel_m[0] * pixel_m[1]) as f32,
-                (0.5 * pixel_m[1] * pixel_m[1]) as f32,
-            ],
-        }
-    }
-}
-
-impl<S: Lanes> SquareBlock<'_, S> {
-    /// The point of the band's plane at some pixels from the block's first one, raised by `up_m`, m.
-    #[inline(always)]
-    pub fn point_m(&self, along: f64, across: f64, up_m: f64) -> [f64; 3] {
-        let (i, j) = (self.column as f64 + along, self.row as f64 + across);
-        let band = self.band;
-        let at = |axis: usize| band.origin_m[axis] + i * band.u_m[axis] + j * band.v_m[axis];
-        [at(0), at(1), at(2) + up_m]
-    }
-}
-
-/// Offset of a point from an antenna.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Seen {
-    pub range_m: f32,
-    /// Along the row and across, m.
-    pub along_m: f32,
-    pub across_m: f32,
-    /// Above the antenna, m.
-    pub up_m: f32,
-}
-
-/// The middle of a group, relative to the antennas of a pulse.
-pub(super) struct Origin {
-    pub from: [Seen; 2],
-    /// Places of the ranges among tabulated rays, where there are any.
-    pub places: [Place; 2],
-    /// Mean range in bins, as whole bins past the pulse's entry 0 and a fraction.
-    pub whole: i32,
-    pub fraction: f32,
-}
-
-impl Origin {
-    /// Group `k` of a block, seen by pulse `m` of the chunk.
-    #[inline(always)]
-    pub fn of<S: Lanes>(block: &SquareBlock<S>, frame: &Frame, k: usize, m: usize) -> Self {
-        let along = (SIDE * k) as f64 + f64::from(HALF);
-        let up_m = block.ground.middle_m + f64::from(block.ground.plane_m[k]);
-        let (point, job) = (block.point_m(along, f64::from(HALF), up_m), block.job);
-        let pulse = block.pulses.start + m;
-        let (mut from, mut mean) = ([Seen::default(); 2], 0.0);
-        let mut places = [Place::default(); 2];
-        for (k, (seen, antenna_m)) in from.iter_mut().zip(job.antennas_m).enumerate() {
-            let d: [f64; 3] = std::array::from_fn(|axis| point[axis] - antenna_m[axis][pulse]);
-            let range = norm(d);
-            mean += range / job.antennas_m.len() as f64;
-            *seen = Seen {
-                range_m: range as f32,
-                along_m: dot(d, frame.unit[0]) as f32,
-                across_m: dot(d, frame.unit[1]) as f32,
-                up_m: d[2] as f32,
-            };
-            if let Some(rays) = &job.rays {
-                let row = &rays.rows[k][pulse];
-                places[k] = row.place(range);
-                mean += row.beyond_m / job.antennas_m.len() as f64;
-            }
-        }
-        let bins = mean * (1.0 / job.table.bin_m) - job.table.first_bin[pulse];
-        let (whole, fraction) = whole_and_rest(bins);
-        Self {
-            from,
-            places,
-            whole,
-            fraction,
-        }
-    }
-}
-
-/// Parameters of the pulses of a chunk for one block.
-pub(super) struct SquareSetup {
-    /// Parameters of each pulse that has windows, [`Self::rows`] rows of N, one lane a group: slopes of the
-    /// range along the row and across (bins a pixel); half its second derivatives along, mixed (whole) and
-    /// across; one over the range in bins; and for either vector the range at the group's middle in bins past
-    /// that vector's window, and the bits of the integer at which the window starts in the chunk's table;
-    /// over uneven ground also the change of the range with height (bins a metre), that of its slopes along
-    /// the row and across, and half its second derivative with height; last the weight of the group, where
-    /// pixels have one. Below level ground the rows of [`TwoWays`] follow instead. Pulses of narrow windows are stored from the front on, those of wide ones from the
-    /// back.
-    pub windowed: Aligned<{ CHUNK * Self::MOST_ROWS * MAX_LANES }>,
-    pub frame: Frame,
-    /// Middle of the block from each antenna of each pulse, and the mean range in bins.
-    pub from: [[Seen; CHUNK]; 2],
-    /// Places of these ranges among tabulated rays, where there are any.
-    pub places: [[Place; CHUNK]; 2],
-    pub fraction: [f32; CHUNK],
-    whole: [i32; CHUNK],
-}
-
-impl SquareSetup {
-    const MOST_ROWS: usize = RAY_ROWS;
-
-    /// Rows of parameters of a pulse.
-    pub const fn rows(relief: bool, rays: bool) -> usize {
-        if rays {
-            RAY_ROWS
-        } else {
-            Self::weight_row(relief) + 1
-        }
-    }
-
-    /// The row of the weights.
-    pub const fn weight_row(relief: bool) -> usize {
-        if relief { 14 } else { 10 }
-    }
-
-    pub fn new(band: &Band) -> Self {
-        Self {
-            windowed: Aligned([0.0; CHUNK * Self::MOST_ROWS * MAX_LANES]),
-            frame: Frame::of(band),
-            from: [[Seen::default(); CHUNK]; 2],
-            places: [[Place::default(); CHUNK]; 2],
-            fraction: [0.0; CHUNK],
-            whole: [0; CHUNK],
-        }
-    }
-
-    /// Computes the ranges from every antenna to the block's middle in double precision.
-    #[inline(always)]
-    pub fn measure<S: Lanes, const RAYS: bool>(&mut self, block: &SquareBlock<S>) {
-        let along = 0.5 * (SIDE * S::N - 1) as f64;
-        let middle = block.point_m(along, f64::from(HALF), block.ground.middle_m);
-        let ([x, y, z], job) = (middle, block.job);
-        let ([u, v], inverse_bin) = (self.frame.unit, 1.0 / job.table.bin_m);
-        let start = &job.table.first_bin[block.pulses.clone()];
-        let share = 1.0 / job.antennas_m.len() as f64;
-        let [mut mean, mut ranges_m] = [[0f64; CHUNK]; 2];
-        let seen = self.from.iter_mut().zip(&mut self.places);
-        for (k, ((from, places), antenna_m)) in seen.zip(job.antennas_m).enumerate() {
-            let px = &antenna_m[0][block.pulses.clone()];
-            let py = &antenna_m[1][block.pulses.clone()];
-            let pz = &antenna_m[2][block.pulses.clone()];
-            for m in 0..block.pulses.len() {
-                let (dx, dy, dz) = (x - px[m], y - py[m], z - pz[m]);
-                let range = (dx * dx + dy * dy + dz * dz).sqrt();
-                mean[m] += share * range;
-                from[m] = Seen {
-                    range_m: range as f32,
-                    along_m: (dx * u[0] + dy * u[1] + dz * u[2]) as f32,
-                    across_m: (dx * v[0] + dy * v[1] + dz * v[2]) as f32,
-                    up_m: dz as f32,
-                };
-                ranges_m[m] = range;
-            }
-            if RAYS && let Some(rays) = &job.rays {
-                let rows = &rays.rows[k][block.pulses.clone()];
-                for (m, row) in rows.iter().enumerate() {
-                    places[m] = row.place(ranges_m[m]);
-                    mean[m] += share * row.beyond_m;
-                }
-            }
-        }
-        for m in 0..block.pulses.len() {
-            (self.whole[m], self.fraction[m]) = whole_and_rest(mean[m] * inverse_bin - start[m]);
-        }
-    }
-}
-
-/// Pulses of a chunk by the way in which they are read for one block.
-pub(super) struct SquarePaths {
-    /// Pulses with parameters in [`SquareSetup::windowed`], whose windows are one register or two.
-    pub narrow: usize,
-    pub wide: usize,
-    /// Whether the rays of a pulse with windows need the third order of ways, or the second of weights.
-    pub is_bent: bool,
-    pub others: Unwindowed,
-}
-
-impl SquarePaths {
-    /// The slot of the next pulse whose windows are of one register, or of two.
-    #[inline(always)]
-    fn slot(&mut self, is_narrow: bool) -> usize {
-        if is_narrow {
-            self.narrow += 1;
-            self.narrow - 1
-        } else {
-            self.wide += 1;
-            CHUNK - self.wide
-        }
-    }
-}
+use crate::kernel::two_ways::{half_sum, half_sums, lesser};
 
 /// The range over each group, one lane a group, in bins and pixels.
 #[derive(Clone, Copy)]
@@ -295,7 +58,7 @@ pub(super) struct Groups<S: Lanes> {
 
 impl<S: Lanes> Groups<S> {
     #[inline(always)]
-    fn of<const RELIEF: bool>(block: &SquareBlock<S>, frame: &Frame) -> Self {
+    pub fn of<const RELIEF: bool>(block: &SquareBlock<S>, frame: &Frame) -> Self {
         let (s, n) = (block.s, S::N);
         let [pu, pv] = frame.pixel_m.map(|p| p as f32);
         let mut offsets = [0f32; MAX_LANES];
@@ -348,7 +111,7 @@ impl<S: Lanes> Groups<S> {
 
 impl<S: Lanes> Expansion<S> {
     #[inline(always)]
-    fn of<const CUBIC: bool, const RELIEF: bool>(
+    pub fn of<const CUBIC: bool, const RELIEF: bool>(
         s: S,
         groups: &Groups<S>,
         setup: &SquareSetup,
@@ -445,7 +208,7 @@ impl<S: Lanes> Expansion<S> {
     /// Of third order it has the product of the means, linear part times square part over range, for the mean of the
     /// products: what that drops are the products of two half differences and a mean.
     #[inline(always)]
-    fn mean<const CUBIC: bool>(self, s: S, other: Self, uneven_m: S::V) -> Self {
+    pub fn mean<const CUBIC: bool>(self, s: S, other: Self, uneven_m: S::V) -> Self {
         let mut mean = self.half_sum(s, &other, s.splat(1.0));
         mean.range_m = lesser(s, self.range_m, other.range_m);
         if CUBIC {
@@ -505,7 +268,7 @@ impl<S: Lanes> Expansion<S> {
     /// Number of bins that a vector spans, and for either vector of a group the whole bins at which its
     /// window must start.
     #[inline(always)]
-    fn windows<const CUBIC: bool, const RELIEF: bool>(&self, s: S) -> (S::V, [S::V; 2]) {
+    pub fn windows<const CUBIC: bool, const RELIEF: bool>(&self, s: S) -> (S::V, [S::V; 2]) {
         let vectors = GROUP / S::N;
         // Rows from a vector's middle to its edge, and from the group's middle to the vectors' middles.
         let rows = 0.5 * (SIDE / vectors - 1) as f32;
@@ -551,7 +314,13 @@ impl<S: Lanes> Expansion<S> {
 
     /// Stores the parameters of a pulse in `rows`, windows counted from `start` in the chunk's table.
     #[inline(always)]
-    fn store<const RELIEF: bool>(&self, s: S, windows: [S::V; 2], start: i32, rows: &mut [f32]) {
+    pub fn store<const RELIEF: bool>(
+        &self,
+        s: S,
+        windows: [S::V; 2],
+        start: i32,
+        rows: &mut [f32],
+    ) {
         let n = S::N;
         let rounding = s.splat(ROUNDING);
         assert!(rows.len() >= SquareSetup::rows(RELIEF, false) * n);
@@ -577,116 +346,4 @@ impl<S: Lanes> Expansion<S> {
             }
         }
     }
-}
-
-/// Expands the ranges of all pulses of a chunk and decides how each pulse is read. All degrees of tables
-/// share this function.
-#[inline(never)]
-pub(super) fn expand<
-    S: Lanes,
-    const CUBIC: bool,
-    const WIDE: bool,
-    const RELIEF: bool,
-    const RAYS: bool,
->(
-    block: &SquareBlock<S>,
-    setup: &mut SquareSetup,
-) -> SquarePaths {
-    block.s.vectorize(
-        #[inline(always)]
-        |_| expand_here::<S, CUBIC, WIDE, RELIEF, RAYS>(block, setup),
-    )
-}
-
-#[inline(always)]
-fn expand_here<
-    S: Lanes,
-    const CUBIC: bool,
-    const WIDE: bool,
-    const RELIEF: bool,
-    const RAYS: bool,
->(
-    block: &SquareBlock<S>,
-    setup: &mut SquareSetup,
-) -> SquarePaths {
-    let (s, job, n) = (block.s, block.job, S::N);
-    let table = &job.table;
-    let groups = Groups::of::<RELIEF>(block, &setup.frame);
-    let tolerance = s.splat(job.tolerance_bins as f32);
-    let window = if WIDE { 2 * n } else { n };
-    let last_window = s.splat(table.stride as f32 - 2.0 - window as f32);
-    let [narrowest, widest] = [n, window].map(|entries| s.splat((entries - 1) as f32 - 0.05));
-    let zero = s.splat(0.0);
-    let mut paths = SquarePaths {
-        narrow: 0,
-        wide: 0,
-        is_bent: false,
-        others: Unwindowed::default(),
-    };
-    for m in 0..block.pulses.len() {
-        if RAYS && let Some(rays) = &job.rays {
-            // Tables hold no weights and rays no near field: every place is read from tables.
-            let of_pulse = (rays, m, block.pulses.start + m);
-            let ways = TwoWays::of(s, &groups, setup, of_pulse, table.bin_m);
-            let (span, windows) = ways.half.windows::<CUBIC, RELIEF>(s);
-            let negative = s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1]));
-            let whole = s.splat(setup.whole[m] as f32);
-            let most = s.add(whole, s.max(windows[0], windows[1]));
-            let fits = job.windows
-                && s.all_le(span, widest)
-                && s.all_le(ways.half.truncation_error, tolerance)
-                && ways.has_smooth_weight(s, rays.weight_tolerance)
-                && s.all_le(negative, whole)
-                && s.all_le(most, last_window);
-            if !fits {
-                paths.others.gather(m);
-                continue;
-            }
-            let slot = paths.slot(!WIDE || s.all_le(span, narrowest));
-            let length = RAY_ROWS * n;
-            let rows = &mut setup.windowed.0[slot * length..][..length];
-            let start = (m * table.pulse_stride) as i32 + setup.whole[m];
-            ways.half.store::<RELIEF>(s, windows, start, rows);
-            ways.store(s, rows);
-            let tolerance_bins = job.tolerance_bins as f32;
-            paths.is_bent |= !ways.is_flat(s, tolerance_bins, rays.weight_tolerance);
-            continue;
-        }
-        let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);
-        let (mut expansion, mut received) = (sent, sent);
-        if job.antennas_m.len() > 1 {
-            received = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (1, m), table.bin_m);
-            expansion = sent.mean::<CUBIC>(s, received, groups.uneven_m);
-        }
-        if !s.all_le(groups.near_m, expansion.range_m) {
-            paths.others.refer(m);
-            continue;
-        }
-        let (span, windows) = expansion.windows::<CUBIC, RELIEF>(s);
-        let whole = s.splat(setup.whole[m] as f32);
-        let negative = s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1]));
-        let most = s.add(whole, s.max(windows[0], windows[1]));
-        let fits = job.windows
-            && s.all_le(span, widest)
-            && s.all_le(expansion.truncation_error, tolerance)
-            && s.all_le(negative, whole)
-            && s.all_le(most, last_window);
-        if !fits {
-            paths.others.gather(m);
-            continue;
-        }
-        let length = SquareSetup::rows(RELIEF, false) * n;
-        let slot = paths.slot(!WIDE || s.all_le(span, narrowest));
-        let rows = &mut setup.windowed.0[slot * length..][..length];
-        let start = (m * table.pulse_stride) as i32 + setup.whole[m];
-        expansion.store::<RELIEF>(s, windows, start, rows);
-        if let Some(PixelWeight::Ways) = job.weight {
-            let weight = spreading(s, sent.range_m, received.range_m);
-            let row = &mut rows[SquareSetup::weight_row(RELIEF) * n..];
-            assert!(row.len() >= n);
-            // SAFETY: the row holds N numbers.
-            unsafe { s.store(row.as_mut_ptr(), weight) };
-        }
-    }
-    paths
 }

@@ -7,17 +7,10 @@
 
 use super::job::HALF;
 use super::rays::{RayRow, Rays, RaysView};
-use super::square_expansion::{Expansion, Groups, Seen, SquareSetup};
+use super::square_expansion::{Expansion, Groups};
+use super::square_setup::{CUBE_ROW, FLAT_ROW, RAY_ROWS, Seen, SquareSetup, WEIGHT_ROW};
 use crate::kernel::lanes::Lanes;
 use crate::kernel::two_ways::half_sum;
-
-/// First of the rows of parameters with the coefficients of third order, and of those with the weights.
-pub(super) const CUBE_ROW: usize = 10;
-pub(super) const WEIGHT_ROW: usize = 14;
-/// First of the rows of parameters of pulses without the last orders: slopes along the row and across, and the weight.
-pub(super) const FLAT_ROW: usize = 20;
-/// Rows of parameters of a pulse.
-pub(super) const RAY_ROWS: usize = 23;
 
 /// Share of the allowed error up to which the last orders are left out.
 const FLAT: f32 = 0.6;
