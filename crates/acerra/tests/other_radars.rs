@@ -10,6 +10,7 @@ use acerra_chain::campaign::Campaign;
 use acerra_chain::measure::MeasureOptions;
 use acerra_chain::{Control, Journal, MemorySink};
 use acerra_imaging::Complex64;
+use acerra_imaging::metrics::Measurement;
 use acerra_npz::NpzWriter;
 
 const LIGHT_M_S: f64 = 299_792_458.0;
@@ -40,14 +41,11 @@ fn campaign(folder: &Path, radar: &str) -> Campaign {
     Campaign::parse(&text).unwrap().resolved_in(folder)
 }
 
-/// Whether the reflectors are measured within a tenth of the resolution of where they are.
-fn assert_found(folder: &Path, radar: &str) {
-    let campaign = campaign(folder, radar);
+/// Number of traces of a campaign, and the targets of its image.
+fn measured(campaign: &Campaign) -> (usize, Measurement) {
     let control = Control::default();
-    let prepared = (campaign.survey())
-        .prepare(&mut Journal::default(), &control)
-        .unwrap();
-    assert_eq!(prepared.aligned.traces.len(), TRACES);
+    let survey = campaign.survey();
+    let prepared = survey.prepare(&mut Journal::default(), &control).unwrap();
     let request = campaign.image_request(prepared.scene.pixels.clone());
     let focused = prepared
         .image(&request, &mut MemorySink::default(), &control)
@@ -55,6 +53,13 @@ fn assert_found(folder: &Path, radar: &str) {
     let found = prepared
         .measure(&focused, &MeasureOptions::from(&campaign.measure), &control)
         .unwrap();
+    (prepared.aligned.traces.len(), found)
+}
+
+/// Whether the reflectors are measured within a tenth of the resolution of where they are.
+fn assert_found(folder: &Path, radar: &str) {
+    let (traces, found) = measured(&campaign(folder, radar));
+    assert_eq!(traces, TRACES);
     for [e, n] in REFLECTORS_M {
         let ground_range_m = n;
         let range_m = ground_range_m.hypot(HEIGHT_M);
@@ -202,17 +207,7 @@ fn gprmax_target_m(radar: &str) -> [f64; 2] {
          gate_ns = 'none'\n[image]\nx_m = [0.2, 0.8]\ny_m = [0, 0]\nz_m = [0.05, 0.40]\npixel_m = 0.005\n\
          band_ghz = [0.6, 3.0]\nfrequencies = 60\n"
     );
-    let campaign = Campaign::parse(&text).unwrap();
-    let control = Control::default();
-    let survey = campaign.survey();
-    let prepared = survey.prepare(&mut Journal::default(), &control).unwrap();
-    let request = campaign.image_request(prepared.scene.pixels.clone());
-    let focused = prepared
-        .image(&request, &mut MemorySink::default(), &control)
-        .unwrap();
-    let found = prepared
-        .measure(&focused, &MeasureOptions::from(&campaign.measure), &control)
-        .unwrap();
+    let (_, found) = measured(&Campaign::parse(&text).unwrap());
     let first = &found.targets[0];
     [first.x_m, first.z_m]
 }

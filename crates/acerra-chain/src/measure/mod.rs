@@ -7,6 +7,8 @@ use acerra_imaging::metrics::{
 use acerra_imaging::psf::PointSpread;
 use acerra_imaging::{ImagingError, Pulses, VolumeGrid};
 
+use rayon::prelude::*;
+
 use crate::control::{Cancelled, Control};
 use crate::echoes::Echoes;
 use crate::focus::Focused;
@@ -108,10 +110,11 @@ fn place_between_slices(
 ) -> Result<(), ImagingError> {
     let last = volume.slice(volume.nz.saturating_sub(1)).z_m;
     let limits_m = [volume.base.z_m.min(last), volume.base.z_m.max(last)];
-    for target in &mut found.targets {
-        control.operation().check()?;
+    let operation = control.operation();
+    found.targets.par_iter_mut().try_for_each(|target| {
+        operation.check()?;
         let place_m = [target.x_m, target.y_m, target.z_m];
         target.z_m = likeliest_height_m(pulses, place_m, volume.step_m, limits_m)?;
-    }
-    Ok(())
+        Ok(())
+    })
 }

@@ -13,11 +13,11 @@ const MOST_STEPS: usize = 24;
 ///
 /// Eq. (3) weights each echo by 1/R². Within a resolution cell the image is therefore greater at pixels nearer to the
 /// antennas, and its maximum is displaced towards them, by 2σ²/R for a cell of the standard deviation σ: 1 cm for a
-/// band of 1 GHz at 0.3 m. The likelihood of a point is greatest where |σ̃|/‖a‖ is, a being the weighted response of a
+/// band of 2 GHz at 0.3 m. The likelihood of a point is greatest where |σ̃|/‖a‖ is, a being the weighted response of a
 /// point at the pixel.
 ///
 /// # Errors
-/// A place that is not finite, or at an antenna.
+/// A place that is not finite.
 ///
 /// ```
 /// use acerra_imaging::metrics::likeliest_height_m;
@@ -57,8 +57,12 @@ pub fn likeliest_height_m(
         if !is_allowed(point_m[2]) {
             return Ok(f64::NEG_INFINITY);
         }
-        let values = reference::adjoint(pulses, &[point_m], Spreading::InverseSquare)?;
-        Ok(values[0].norm() / response_norm(pulses, point_m))
+        match reference::adjoint(pulses, &[point_m], Spreading::InverseSquare) {
+            Ok(values) => Ok(values[0].norm() / response_norm(pulses, point_m)),
+            // An antenna is there.
+            Err(ImagingError::ZeroRange { .. }) => Ok(f64::NEG_INFINITY),
+            Err(error) => Err(error),
+        }
     };
     let mut at = 0;
     let mut levels = [level(-1)?, level(0)?, level(1)?];
@@ -181,6 +185,18 @@ mod tests {
             assert!(likeliest_m.abs() < 5e-4, "{likeliest_m}");
             assert!(maximum_m > 8e-3, "{maximum_m}");
         }
+    }
+
+    #[test]
+    fn heights_of_antennas_are_left_out() {
+        let flight = Flight::new(None, [1.0; 2]);
+        let spectrum = vec![Complex64::ONE; 41 * 40];
+        // The middle pulse's transmitter is one step above.
+        let [x_m, y_m, z_m] = flight.places_m[1][20];
+        let place_m = [x_m, y_m, z_m - STEP_M];
+        let pulses = flight.pulses(&spectrum);
+        let found_m = likeliest_height_m(&pulses, place_m, STEP_M, [0.0, 1.0]).unwrap();
+        assert!(found_m < z_m, "{found_m}");
     }
 
     #[test]

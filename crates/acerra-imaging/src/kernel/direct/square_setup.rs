@@ -9,10 +9,11 @@ use crate::kernel::lanes::{Lanes, MAX_LANES};
 use crate::vector::{dot, norm};
 use std::ops::Range;
 
-/// First of the rows of parameters with the coefficients of third order, and of those with the weights.
+/// First row of the coefficients of third order.
 pub(super) const CUBE_ROW: usize = 10;
+/// First row of the weights.
 pub(super) const WEIGHT_ROW: usize = 14;
-/// First of the rows of parameters of pulses without the last orders: slopes along the row and across, and the weight.
+/// First of three rows for pulses without the last orders: the slopes along the row and across, and the weight.
 pub(super) const FLAT_ROW: usize = 20;
 /// Rows of parameters of a pulse.
 pub(super) const RAY_ROWS: usize = 23;
