@@ -188,18 +188,6 @@ mod tests {
     }
 
     #[test]
-    fn heights_of_antennas_are_left_out() {
-        let flight = Flight::new(None, [1.0; 2]);
-        let spectrum = vec![Complex64::ONE; 41 * 40];
-        // The middle pulse's transmitter is one step above.
-        let [x_m, y_m, z_m] = flight.places_m[1][20];
-        let place_m = [x_m, y_m, z_m - STEP_M];
-        let pulses = flight.pulses(&spectrum);
-        let found_m = likeliest_height_m(&pulses, place_m, STEP_M, [0.0, 1.0]).unwrap();
-        assert!(found_m < z_m, "{found_m}");
-    }
-
-    #[test]
     fn a_buried_point_has_its_depth_and_stays_below_the_surface() {
         let soil = Soil {
             relative_permittivity: 6.0,
