@@ -79,6 +79,15 @@ impl<'a> Control<'a> {
         operation.reporting_to(progress)
     }
 
+    /// This control without progress, for steps that run beside one another.
+    #[must_use]
+    pub fn silent(self) -> Self {
+        Self {
+            progress: None,
+            ..self
+        }
+    }
+
     /// A step of `total` units begins.
     pub fn start(&self, name: &str, total: u64) {
         if let Some(progress) = self.progress {

@@ -57,6 +57,7 @@ pub mod position;
 mod prepare;
 pub mod read;
 pub mod scene;
+mod side_by_side;
 pub mod soil;
 mod survey;
 

@@ -41,6 +41,7 @@ use crate::read::{RadarContent, RadarLabel};
 use crate::scene::elevation::check_elevation;
 use crate::scene::pixels::Pixels;
 use crate::scene::{Scene, SceneError};
+use crate::side_by_side::each_track;
 
 /// A survey ready to be imaged: clean spectra of one or more tracks, in one frame.
 #[derive(Clone, Debug)]
@@ -166,29 +167,32 @@ pub fn prepare(
         settled
     })?;
     let (scene, clocked) = journal.stage("align", |warnings| {
-        let clocked = recordings
-            .iter()
-            .map(|recording| {
-                control.check()?;
-                let flight = flight_of(recording, &scene);
-                let clocked = align_clocks(flight, &recording.options, warnings, control);
-                if let Err(ClockError::Offset(_)) = &clocked {
-                    warn_of_uncovered(recording, warnings);
-                }
-                Ok(clocked?)
-            })
-            .collect::<Result<Vec<_>, ChainError>>()?;
+        let tracks = recordings.iter().collect();
+        let said = (&mut *warnings, control);
+        let clocked = each_track("align", tracks, said, |recording, warnings, control| {
+            control.check()?;
+            let flight = flight_of(recording, &scene);
+            let clocked = align_clocks(flight, &recording.options, warnings, control);
+            if let Err(ClockError::Offset(_)) = &clocked {
+                warn_of_uncovered(recording, warnings);
+            }
+            Ok::<_, ChainError>(clocked?)
+        })?;
         over_surface(&recordings, scene, clocked, warnings)
     })?;
     journal.stage("clean", |warnings| {
-        let mut tracks = Vec::new();
-        let mut echoes = Vec::new();
-        for (recording, clocked) in recordings.into_iter().zip(clocked) {
-            control.check()?;
-            let (track, own) = clean_track(&recording, &scene, clocked, warnings)?;
-            tracks.push(track);
-            echoes.push(own);
-        }
+        let tracks = recordings.into_iter().zip(clocked).collect();
+        let said = (&mut *warnings, control);
+        let cleaned = each_track(
+            "clean",
+            tracks,
+            said,
+            |(recording, clocked): (Recording, _), warnings, control| {
+                control.check()?;
+                clean_track(&recording, &scene, clocked, warnings)
+            },
+        )?;
+        let (tracks, mut echoes): (Vec<_>, Vec<_>) = cleaned.into_iter().unzip();
         calibrate(&mut echoes, calibration, &scene, warnings, control)?;
         join(tracks, echoes, scene, ground)
     })

@@ -1,5 +1,6 @@
 //! A survey in files: the stages `read` and `position`, then everything before the image.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use acerra_formats::Contradiction;
@@ -24,6 +25,7 @@ use crate::prepare::{Prepared, prepare};
 use crate::read::grid::{GridSource, read_grid};
 use crate::read::{Line, RadarData, ReadError, read_channel};
 use crate::scene::{Scene, SceneOptions};
+use crate::side_by_side::each_track;
 
 /// One or more tracks in files, and the scene they are to be imaged on.
 #[derive(Clone, Debug)]
@@ -114,7 +116,8 @@ impl Survey {
         warnings: &mut Warnings,
         control: &Control<'_>,
     ) -> Result<Vec<RadarData>, ChainError> {
-        let read = |track: &TrackSource| {
+        let tracks = self.tracks.iter().collect();
+        let read = |track: &TrackSource, warnings: &mut Warnings, control: &Control<'_>| {
             control.check()?;
             let channel = track.channel.as_deref();
             let radar = match &track.grid {
@@ -123,7 +126,7 @@ impl Survey {
             };
             Ok(radar)
         };
-        self.tracks.iter().map(read).collect()
+        each_track("read", tracks, (warnings, control), read)
     }
 
     /// The finding with the track's name appended to its own, where there are several tracks.
@@ -132,6 +135,63 @@ impl Survey {
             finding.name = format!("{} of {}", finding.name, track.name);
         }
         finding
+    }
+
+    /// The positions of a track, from the track's own sources.
+    fn placed(
+        &self,
+        number: usize,
+        radar: &RadarData,
+        warnings: &mut Warnings,
+    ) -> Result<Positioned, ChainError> {
+        let track = &self.tracks[number];
+        let inside = radar.positions.as_ref();
+        let is_open = matches!(track.positions.source, PositionSource::RadarFile);
+        if track.grid.is_some() && inside.is_none() && is_open {
+            let path = track.radar.clone();
+            return Err(ReadError::NoPlace { path }.into());
+        }
+        let log = (track.radar.as_path(), radar.content.time_s());
+        Ok(position(&track.positions, log, inside, warnings)?)
+    }
+
+    /// The positions of all tracks. The logs of a flight are read and processed once for all tracks recorded in it.
+    fn all_placed(
+        &self,
+        radars: &[RadarData],
+        warnings: &mut Warnings,
+        control: &Control<'_>,
+    ) -> Result<Vec<Positioned>, ChainError> {
+        let is_outside = |number: usize| radars[number].positions.is_none();
+        let first_alike = |number: usize| {
+            let is_alike = |other: &usize| {
+                is_outside(*other) && self.tracks[*other].positions == self.tracks[number].positions
+            };
+            let alike = (0..number).find(is_alike);
+            alike.filter(|_| is_outside(number)).unwrap_or(number)
+        };
+        let (first, others): (Vec<usize>, Vec<usize>) =
+            (0..radars.len()).partition(|number| first_alike(*number) == *number);
+        let said = (&mut *warnings, control);
+        let placed = each_track(
+            "position",
+            first.clone(),
+            said,
+            |number, warnings, control| {
+                control.check()?;
+                self.placed(number, &radars[number], warnings)
+            },
+        )?;
+        let mut all: BTreeMap<usize, Positioned> = first.into_iter().zip(placed).collect();
+        for number in others {
+            let shared = all.get(&first_alike(number));
+            let own = match shared.filter(|placed| !placed.by_trace_number) {
+                Some(placed) => placed.clone(),
+                None => self.placed(number, &radars[number], warnings)?,
+            };
+            all.insert(number, own);
+        }
+        Ok(all.into_values().collect())
     }
 
     /// The recordings in one frame, and the scene below them.
@@ -143,16 +203,8 @@ impl Survey {
         control: &Control<'_>,
     ) -> Result<(Vec<Recording>, Scene), ChainError> {
         let mut recordings = Vec::new();
-        for (track, radar) in self.tracks.iter().zip(radars) {
-            control.check()?;
-            let inside = radar.positions.as_ref();
-            let is_open = matches!(track.positions.source, PositionSource::RadarFile);
-            if track.grid.is_some() && inside.is_none() && is_open {
-                let path = track.radar.clone();
-                return Err(ReadError::NoPlace { path }.into());
-            }
-            let log = (track.radar.as_path(), radar.content.time_s());
-            let placed = position(&track.positions, log, inside, warnings)?;
+        let all_placed = self.all_placed(&radars, warnings, control)?;
+        for ((track, radar), placed) in self.tracks.iter().zip(radars).zip(all_placed) {
             // Times of positions say nothing of traces that have none.
             let needs_times =
                 matches!(placed.positions, Positions::Trajectory(_)) && !placed.by_trace_number;

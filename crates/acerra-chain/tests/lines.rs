@@ -171,6 +171,38 @@ fn a_table_places_traces_by_their_numbers() {
     );
 }
 
+/// Positions by trace number are those of each log's own traces: tracks do not share them.
+#[test]
+fn a_table_of_trace_numbers_is_read_for_every_track() {
+    let folder = tempfile::tempdir().unwrap();
+    let of_tracks = |traces: [usize; 2]| {
+        let mut tables = String::new();
+        for (k, traces) in traces.into_iter().enumerate() {
+            write_line(&folder.path().join(format!("line-{k}.sgy")), traces, 5.0, 2);
+            tables += &format!(
+                "[[track]]\nname = 'line {k}'\n[track.radar]\nfile = '{0}/line-{k}.sgy'\ndelay_ns = 0\n\
+                 [track.trajectory]\nfile = '{0}/positions.csv'\n",
+                folder.path().display()
+            );
+        }
+        let campaign = Campaign::parse(&format!(
+            "{tables}[image]\nx_m = [0, 4]\ny_m = [-1, 2]\nz_m = 0\npixel_m = 0.5\nband_ghz = [1.0, 2.0]\n\
+             frequencies = 11\n[preprocess]\ngate_ns = 'none'\n"
+        ));
+        let survey = campaign.unwrap().survey();
+        let prepared = survey.prepare(&mut Journal::default(), &Control::default());
+        prepared.map_err(|error| error.to_string())
+    };
+    let rows = "trace,x_m,y_m,z_m\n1,0,0,1\n9,2.0,0,1\n";
+    std::fs::write(folder.path().join("positions.csv"), rows).unwrap();
+    let found = of_tracks([9, 9]).unwrap();
+    for (k, p) in found.aligned.position_m.iter().enumerate() {
+        assert!((p[0] - 0.25 * (k % 9) as f64).abs() < 1e-9, "{k}: {p:?}");
+    }
+    let refused = of_tracks([9, 5]).unwrap_err();
+    assert!(refused.contains("trace 9: expected 1 to 5"), "{refused}");
+}
+
 /// The slice 6 cm below the surface of a modelled minefield: moduli, row after row, the side of the square grid, which
 /// has a pixel every 2 cm from (0.15, 0.15), and the places of the targets, m.
 struct Slice {

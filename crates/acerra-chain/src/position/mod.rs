@@ -146,7 +146,7 @@ impl Positions {
 }
 
 /// Parameters of the stage `position`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PositionOptions {
     /// Source of the positions.
     pub source: PositionSource,
@@ -173,7 +173,7 @@ pub struct PositionOptions {
 }
 
 /// Source of positions.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum PositionSource {
     /// The radar file, with one position for each trace.
     #[default]
@@ -185,7 +185,7 @@ pub enum PositionSource {
 }
 
 /// Raw GNSS logs to compute a trajectory from.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct GnssLogs {
     /// The logs and navigation files.
     pub files: PositioningInput,
@@ -196,7 +196,7 @@ pub struct GnssLogs {
 }
 
 /// Position of the base's antenna.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BasePlace {
     /// Earth-centred, Earth-fixed (m).
     Ecef([f64; 3]),

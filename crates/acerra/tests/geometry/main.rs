@@ -222,6 +222,44 @@ fn level_db(products: &Path, x_m: f64) -> f64 {
     20.0 * most.log10()
 }
 
+/// Two recordings of one flight, each with its offset from the flight's clock, make the image that they make when each
+/// names a file of its own.
+#[test]
+fn recordings_of_one_flight_share_its_positions() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let target_m = [1.0, 0.0, 0.0];
+    for (name, x_m) in [("a", 0.0), ("b", -1.0)] {
+        write_flight(folder, name, &track(x_m, 5.0), &[target_m]);
+    }
+    let rows = |name: &str, later_s: f64| -> String {
+        let table = fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap();
+        let later = |row: &str| {
+            let (time_s, place) = row.split_once(',').unwrap();
+            format!("{},{place}\n", time_s.parse::<f64>().unwrap() + later_s)
+        };
+        table.lines().skip(1).map(later).collect()
+    };
+    let flight = format!("time_s,x_m,y_m,z_m\n{}{}", rows("a", 0.0), rows("b", 10.0));
+    for copy in ["flight.csv", "copy.csv"] {
+        fs::write(folder.join(copy), &flight).unwrap();
+    }
+    let image = |name: &str, second: &str| {
+        let text = format!(
+            "[[track]]\nname = 'a'\n[track.radar]\nfile = 'a.npz'\n[track.trajectory]\nfile = 'flight.csv'\n\
+             [[track]]\nname = 'b'\n[track.radar]\nfile = 'b.npz'\n\
+             [track.trajectory]\nfile = '{second}'\ntime_offset_s = 10.0\n\
+             [image]\nx_m = [0.5, 1.5]\ny_m = [-0.5, 0.5]\npixel_m = 0.02\n"
+        );
+        let (targets, run) = focus(folder, name, &text).unwrap();
+        assert_eq!(run["traces"]["in_log"], 242);
+        let first = &targets["targets"][0];
+        assert!((number(first, "x_m") - 1.0).abs() < 0.02, "{first}");
+        values(&folder.join(name).join("image.npz"), "image")
+    };
+    assert_eq!(image("shared", "flight.csv"), image("apart", "copy.csv"));
+}
+
 #[test]
 fn five_tracks_tell_left_from_right_once_calibrated() {
     let folder = tempfile::tempdir().unwrap();
