@@ -1,8 +1,8 @@
 //! Slices below ground beside the engine above ground: 300 × 200 pixels of 2 cm, 200 pulses.
 //!
 //! `cargo bench -p acerra-imaging --bench ground` prints, for one antenna and for antennas 15 cm apart, the rate of a
-//! slice in 10⁶ contributions (pixel × pulse) a second on all threads: above ground, below level ground and below uneven
-//! ground, with the share of the rate above ground, the time of planning and what the self-check found. The name of a
+//! slice in 10⁶ contributions (pixel × pulse) a second on all threads: above ground, below level ground, below a cart whose
+//! antennas are 1 cm above the ground (pixels of 1 cm, 10 cm deep), and below uneven ground, with the share of the rate above ground, the time of planning and what the self-check found. The name of a
 //! ground as argument leaves the others out.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
@@ -40,12 +40,7 @@ fn main() {
             ]
         })
         .collect();
-    let moved = |by_m: f64| -> Vec<[f64; 3]> {
-        (position_m.iter())
-            .map(|[x, y, z]| [x + by_m, *y, *z])
-            .collect()
-    };
-    let (sent_m, received_m) = (moved(0.075), moved(-0.075));
+    let of_cart_m: Vec<[f64; 3]> = position_m.iter().map(|[x, y, _]| [*x, *y, 0.01]).collect();
     let frequency_hz: Vec<f64> = (0..FREQUENCIES).map(|n| 0.5e9 + 2e7 * n as f64).collect();
     let spectrum: Vec<Complex64> = (0..PULSES * FREQUENCIES)
         .map(|_| Complex64::new(random(), random()))
@@ -59,6 +54,7 @@ fn main() {
     let grounds = [
         ("air", None),
         ("level", Some(Surface::Level { z_m: 0.0 })),
+        ("cart", Some(Surface::Level { z_m: 0.0 })),
         ("meadow", Some(relief(meadow))),
         ("waves", Some(relief(waves))),
         ("furrows", Some(relief(furrows))),
@@ -86,9 +82,18 @@ fn main() {
             conductivity_s_m: 0.0,
         };
         let ground = surface.map(|s| Ground::new(s, &[Layer::below_all(soil)], 1.25e9).unwrap());
+        let (position_m, depth_m, pixel_m) = match name {
+            "cart" => (&of_cart_m, 0.1, 0.01),
+            _ => (&position_m, 0.3, 0.02),
+        };
+        let moved = |by_m: f64| -> Vec<[f64; 3]> {
+            let moved = |[x, y, z]: &[f64; 3]| [x + by_m, *y, *z];
+            position_m.iter().map(moved).collect()
+        };
+        let (sent_m, received_m) = (moved(0.075), moved(-0.075));
         for (k, antennas) in ["one", "apart"].into_iter().enumerate() {
             let mut pulses = Pulses::new(PulseArrays {
-                position_m: &position_m,
+                position_m,
                 frequency_hz: &frequency_hz,
                 spectrum: &spectrum,
                 weight: &[1.0; PULSES],
@@ -101,7 +106,7 @@ fn main() {
             if let Some(ground) = &ground {
                 pulses = pulses.with_ground(ground).unwrap();
             }
-            let grid = PlaneGrid::new([-1.0, -2.0, -0.3], 0.02, [300, 200]).unwrap();
+            let grid = PlaneGrid::new([-1.0, -2.0, -depth_m], pixel_m, [300, 200]).unwrap();
             let start = Instant::now();
             let plan = ImagingPlan::new(pulses, grid, &PlanOptions::default()).unwrap();
             let planning_s = start.elapsed().as_secs_f64();

@@ -7,6 +7,7 @@
 use crate::grid::image::ImageGrid;
 use crate::pulses::Pulses;
 use crate::refraction::{Ground, MAX_LAYERS};
+use crate::vector::norm;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -64,6 +65,8 @@ pub(crate) struct LevelLaw {
     height_m: Vec<f64>,
     /// Antennas of a pulse.
     antennas: usize,
+    /// Sides of a pixel, m.
+    pixel_m: [f64; 2],
 }
 
 impl LevelLaw {
@@ -82,6 +85,7 @@ impl LevelLaw {
                 .flat_map(|m| height_m(m).map(|antenna_m| antenna_m[2] - z_m))
                 .collect(),
             antennas,
+            pixel_m: [grid.plane().u_m, grid.plane().v_m].map(norm),
         })
     }
 
@@ -95,10 +99,9 @@ impl LevelLaw {
         &self.height_m[self.antennas * pulse..][..self.antennas]
     }
 
-    /// Apparent distance of the plane from an antenna at a height, seen along the vertical: the radius with which
-    /// optical lengths curve there, at least, m.
-    pub fn apparent_m(&self, height_m: f64) -> f64 {
-        height_m + self.depth_m / self.ground.largest_index()
+    /// Sides of a pixel, m.
+    pub fn pixel_m(&self) -> [f64; 2] {
+        self.pixel_m
     }
 
     /// That of some pulses.

@@ -3,9 +3,10 @@
 use super::level_law::LevelLaw;
 use super::level_ways::RayTable;
 use super::weights::WeightedPulses;
-use crate::kernel::direct::rays::{
-    MOST_RECORDS, RECORD_PADDING, RayRecord, RayRow, RaysView, TERMS,
-};
+use crate::kernel::direct::job::HALF;
+use crate::kernel::direct::rays::{MOST_RECORDS, RECORD_PADDING, RayRecord, RayRow, RaysView};
+use crate::kernel::tabulated::Bin;
+use std::collections::VecDeque;
 
 /// Height below which every second knot suffices, m: cubics then deviate by 2·10⁻⁷ of the height, and blocks of
 /// pixels span few records.
@@ -30,6 +31,7 @@ impl RayRecords {
     ) -> Self {
         let farthest_m = farthest_m(echoes, law, half_ways_m);
         let (knots, of_antenna) = law.tabulated(0..echoes.len(), farthest_m);
+        let reach_m = f64::from(HALF) * law.pixel_m().iter().sum::<f64>();
         let mut numbers = Vec::new();
         let mut rows = Vec::with_capacity(knots.len());
         for knots in &knots {
@@ -46,11 +48,10 @@ impl RayRecords {
                 record_m: (1.0 / table.bins_per_m) as f32,
                 record_bins: (1.0 / (table.bins_per_m * bin_m)) as f32,
                 beyond_m: beyond_m(&table),
-                inverse_height: (1.0 / height_m) as f32,
-                inverse_apparent: (1.0 / law.apparent_m(height_m)) as f32,
             });
-            let records: Vec<RayRecord> = of_table(&table, bin_m).collect();
-            for k in 0..2 * TERMS {
+            let reach = (reach_m * table.bins_per_m).ceil() as usize;
+            let records = of_table(&table, bin_m, reach);
+            for k in 0..size_of::<RayRecord>() / size_of::<f32>() {
                 let padded = (0..stride).map(|i| {
                     let i = i
                         .saturating_sub(RECORD_PADDING)
@@ -109,15 +110,61 @@ fn beyond_m(table: &RayTable) -> f64 {
     first - table.first_bin / table.bins_per_m
 }
 
-fn of_table(table: &RayTable, bin_m: f64) -> impl Iterator<Item = RayRecord> + '_ {
+/// The records of a table; squares of pixels reach so many records far.
+fn of_table(table: &RayTable, bin_m: f64, reach: usize) -> Vec<RayRecord> {
     let beyond_m = beyond_m(table);
-    table.bins.iter().enumerate().map(move |(k, bin)| {
+    let third = |k: usize| 2.0 * table.bins[k.min(table.bins.len() - 1)][3][0] / bin_m;
+    // From a record to the next the third coefficient changes by four times the fourth.
+    let fourth: Vec<f64> = (0..table.bins.len())
+        .map(|k| 0.25 * (third(k + 1) - third(k)).abs())
+        .collect();
+    let greatest = greatest_within(&fourth, reach);
+    let of_bin = |(k, (bin, greatest)): (usize, (&Bin, f64))| {
         let straight_m = (table.first_bin + k as f64) / table.bins_per_m;
         let less_m = [straight_m + beyond_m, 1.0 / table.bins_per_m, 0.0, 0.0];
         let excess = |p: usize| ((2.0 * bin[p][0] - less_m[p]) / bin_m) as f32;
         std::array::from_fn(|k| match k {
             0..4 => excess(k),
-            _ => bin[k - 4][1] as f32,
+            4..8 => bin[k - 4][1] as f32,
+            _ => greatest as f32,
         })
-    })
+    };
+    let bins = table.bins.iter().zip(greatest);
+    bins.enumerate().map(of_bin).collect()
+}
+
+/// The greatest of the values up to `reach` places away, for every place.
+fn greatest_within(values: &[f64], reach: usize) -> Vec<f64> {
+    // Places of values that are greater than all that follow them in the window.
+    let mut falling: VecDeque<usize> = VecDeque::new();
+    let mut greatest = Vec::with_capacity(values.len());
+    let mut next = 0;
+    for k in 0..values.len() {
+        while next < values.len() && next <= k + reach {
+            while falling.back().is_some_and(|j| values[*j] <= values[next]) {
+                falling.pop_back();
+            }
+            falling.push_back(next);
+            next += 1;
+        }
+        while falling.front().is_some_and(|j| j + reach < k) {
+            falling.pop_front();
+        }
+        greatest.push(falling.front().map_or(0.0, |j| values[*j]));
+    }
+    greatest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::greatest_within;
+
+    #[test]
+    fn the_greatest_is_found_within_the_reach() {
+        let values = [1.0, 5.0, 2.0, 3.0, 0.0, 4.0, 1.0];
+        assert_eq!(greatest_within(&values, 0), values);
+        let expected = [5.0, 5.0, 5.0, 3.0, 4.0, 4.0, 4.0];
+        assert_eq!(greatest_within(&values, 1), expected);
+        assert_eq!(greatest_within(&values, 9), [5.0; 7]);
+    }
 }

@@ -126,7 +126,7 @@ pub(crate) const SIDE: usize = 4;
 /// Number of pixels of a square group.
 pub(super) const GROUP: usize = SIDE * SIDE;
 /// Pixels from the middle of a square group to its edge.
-pub(super) const HALF: f32 = 0.5 * (SIDE - 1) as f32;
+pub(crate) const HALF: f32 = 0.5 * (SIDE - 1) as f32;
 
 /// Rows that a tile of square groups holds at most for vectors of `lanes`: a block is a strip of as many
 /// groups as a vector has lanes.

@@ -7,8 +7,12 @@ pub(crate) const TERMS: usize = 4;
 
 /// Numbers of a record: polynomials in the distance δ from the record's place, in records. The first is the excess of the
 /// optical length over the straight distance and over [`RayRow::beyond_m`], in range bins, the second the weight of
-/// one way.
-pub(crate) type RayRecord = [f32; 2 * TERMS];
+/// one way. The last number is the greatest magnitude of the fourth coefficient of the excess within the reach of a
+/// square of pixels.
+pub(crate) type RayRecord = [f32; NUMBERS];
+
+/// Numbers of a record.
+const NUMBERS: usize = 2 * TERMS + 1;
 
 /// Records before the first and after the last one of a row, which windows may load.
 pub(crate) const RECORD_PADDING: usize = MAX_LANES;
@@ -44,10 +48,6 @@ pub(crate) struct RayRow {
     pub record_bins: f32,
     /// Excess that the records leave out, m.
     pub beyond_m: f64,
-    /// One over the height of the antenna, 1/m: the scale of third derivatives.
-    pub inverse_height: f32,
-    /// One over the apparent distance of the plane from the antenna along the vertical, 1/m.
-    pub inverse_apparent: f32,
 }
 
 impl RayRow {
@@ -82,6 +82,8 @@ impl RayRow {
 pub(super) struct Rays<S: Lanes> {
     excess: [S::V; TERMS],
     weight: [S::V; TERMS],
+    /// Greatest fourth coefficient of the excess within the reach of a square, bins.
+    pub fourth: S::V,
     delta: S::V,
 }
 
@@ -99,11 +101,13 @@ impl<S: Lanes> Rays<S> {
         let i = s.sub(s.add(kept, rounding), rounding);
         let delta = s.sub(rest, i);
         let (first, stride) = (row.start + place.record as usize, row.stride);
-        let end = row.start + row.last + RECORD_PADDING + (2 * TERMS - 1) * stride;
+        let end = row.start + row.last + RECORD_PADDING + (NUMBERS - 1) * stride;
         assert!(row.start >= RECORD_PADDING && end < view.numbers.len());
         let number = view.numbers.as_ptr().wrapping_add(first);
         let zeros = [zero; TERMS];
-        let [mut excess, mut weight] = [zeros; 2];
+        let ([mut excess, mut weight], fourth) = ([zeros; 2], 2 * TERMS * stride);
+        let fourth = number.wrapping_add(fourth);
+        let greatest;
         let window = s.splat((S::N - 1) as f32);
         // SAFETY: `record` + i is a whole number between 0 and the row's last record. Windows begin N records before
         // `record` and are 2N long; padding holds N records on either side of the row.
@@ -115,17 +119,20 @@ impl<S: Lanes> Rays<S> {
                     excess[k] = picked(s, at.add(k * stride), i);
                     weight[k] = picked(s, at.add((TERMS + k) * stride), i);
                 }
+                greatest = picked(s, fourth.sub(S::N), i);
             } else {
                 let i = s.add(i, rounding);
                 for k in 0..TERMS {
                     excess[k] = s.gather(number.add(k * stride), i);
                     weight[k] = s.gather(number.add((TERMS + k) * stride), i);
                 }
+                greatest = s.gather(fourth, i);
             }
         }
         Self {
             excess,
             weight,
+            fourth: greatest,
             delta,
         }
     }

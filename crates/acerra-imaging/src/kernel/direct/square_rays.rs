@@ -104,9 +104,31 @@ impl<S: Lanes> OneWay<S> {
         let [[excess, e1, f2, f3], [w0, w1, w2, _]] = rays.powers(s);
         let f1 = s.add(e1, s.splat(row.record_bins));
         let [second_u, second_uv, second_v] = sums(s, [f1, f2], &q, &squares);
+        // Largest linear and quadratic part of the straight distance over the square, in records.
+        let linear = s.mul(s.splat(HALF), absolute_sum(s, [a, b]));
+        let quadratic = s.add(absolute_sum(s, [q[0], q[1]]), s.abs(q[2]));
+        let nearest = s.max(s.sub(range, s.splat(groups.reach)), s.splat(1e-9));
+        let near = s.reciprocal(nearest);
+        let quadratic = s.mul(s.mul(quadratic, s.splat(HALF * HALF)), s.mul(range, near));
         // G((2 f₂ − f₁/R) Q + f₃ G²)
         let bent = s.mul(f1, s.mul(inverse, s.splat(row.record_m)));
         let mixed = s.sub(s.add(f2, f2), bent);
+        // Of fourth order: P⁗G⁴/24 + Q(3 P‴G²/6 − (P″ − P′/R)(G²/R − Q/2)).
+        let turned = s.mul(
+            s.abs(mixed),
+            s.mul_add(
+                s.mul(linear, linear),
+                s.mul(near, s.splat(row.record_m)),
+                s.mul(quadratic, s.splat(0.5)),
+            ),
+        );
+        let square = s.mul(linear, linear);
+        let bending = s.mul_add(s.mul(s.abs(f3), s.splat(3.0)), square, turned);
+        let truncation_error = s.mul_add(
+            quadratic,
+            bending,
+            s.mul(rays.fourth, s.mul(square, square)),
+        );
         let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
         let [weight_u, weight_uv, weight_v] = sums(s, [w1, w2], &q, &squares);
         let zero = s.splat(0.0);
@@ -122,7 +144,7 @@ impl<S: Lanes> OneWay<S> {
                 product: second_uv,
                 across_square: second_v,
                 inverse_bins: zero,
-                truncation_error: zero,
+                truncation_error,
                 third: zero,
                 uneven: zero,
                 rise: zero,
@@ -182,18 +204,6 @@ impl<S: Lanes> TwoWays<S> {
             absolute_sum(s, [cubes[2], cubes[3]]),
         );
         half.third = s.mul(third, s.splat(HALF * HALF * HALF));
-        // Of fourth order: a refracted way changes over lengths of the antenna's height, a straight one over its distance.
-        let inverse_height = rows[0].inverse_height.max(rows[1].inverse_height);
-        let near = rows[0].inverse_apparent.max(rows[1].inverse_apparent);
-        let square = s.add(
-            absolute_sum(s, [half.along_square, half.product]),
-            s.abs(half.across_square),
-        );
-        half.truncation_error = s.mul_add(
-            half.third,
-            s.splat(groups.reach * inverse_height),
-            s.mul(square, s.splat((HALF * groups.reach * near).powi(2))),
-        );
         Self {
             half,
             cubes,
