@@ -26,11 +26,11 @@ struct Scene {
 }
 
 impl Scene {
-    /// Echoes of random scatterers about `depth_m` below ground, and noise.
+    /// Echoes of random scatterers about `depth_m` below ground, and noise, at positions without order.
     fn new(height_m: f64, depth_m: f64, ground: Option<Ground>, apart_m: f64, seed: u64) -> Self {
         let mut r = Random(seed);
         let lateral = height_m.max(0.5);
-        let position_m: Vec<[f64; 3]> = (0..40)
+        let position_m = (0..40)
             .map(|_| {
                 [
                     lateral * r.next(),
@@ -39,6 +39,17 @@ impl Scene {
                 ]
             })
             .collect();
+        Self::seen_from(position_m, depth_m, ground, apart_m, r)
+    }
+
+    /// The same from given positions.
+    fn seen_from(
+        position_m: Vec<[f64; 3]>,
+        depth_m: f64,
+        ground: Option<Ground>,
+        apart_m: f64,
+        mut r: Random,
+    ) -> Self {
         let moved = |by: f64| position_m.iter().map(|p| [p[0] + by, p[1], p[2]]).collect();
         let [low, high] = [0.4e9 + 1e9 * r.next().abs(), 1.0e9 + 3e9 * r.next().abs()];
         let count = 60;
@@ -247,8 +258,111 @@ fn antennas_apart_over_level_ground_keep_the_accuracy(simd: SimdLevel) {
     assert!(2 * direct > scenes, "{direct}");
 }
 
+/// Heights about 0 at the nodes of a raster of `step_m`: waves in all directions, from four nodes to forty long, with slopes
+/// of the root mean square `slope`, and heights without order as a tenth of these.
+fn uneven(step_m: f64, slope: f64, r: &mut Random) -> Surface {
+    let waves: Vec<[f64; 3]> = (0..5)
+        .map(|_| {
+            let turns = std::f64::consts::TAU / (step_m * 4.0 * 10f64.powf(r.next().abs()));
+            let angle = 4.0 * r.next();
+            [turns * angle.cos(), turns * angle.sin(), 4.0 * r.next()]
+        })
+        .collect();
+    // Each wave has its share of the slopes' variance.
+    let amplitude_m = |[a, b, _]: &[f64; 3]| slope * (2.0 / 5.0f64).sqrt() / a.hypot(*b);
+    let side = 121;
+    let first_m = -0.5 * step_m * (side - 1) as f64;
+    let heights_m = (0..side * side).map(|k| {
+        let [x, y] = [k % side, k / side].map(|at| first_m + step_m * at as f64);
+        let height_m =
+            |wave: &[f64; 3]| amplitude_m(wave) * (wave[0] * x + wave[1] * y + wave[2]).sin();
+        waves.iter().map(height_m).sum::<f64>() + 0.03 * slope * step_m * r.next()
+    });
+    let heights_m = heights_m.collect();
+    Surface::Relief(Relief::new([first_m; 2], step_m, side, heights_m).unwrap())
+}
+
+/// Uneven ground with slopes to 20° (root mean square), from 0.3 to 25 m below one antenna or two, along lines and at
+/// positions without order, at slices through the surface and down to 2 m below it.
+/// `DRAWN_SCENES=500 cargo test --test ground uneven -- --nocapture` draws more scenes.
+fn uneven_ground_keeps_the_accuracy(simd: SimdLevel) {
+    let scenes = std::env::var("DRAWN_SCENES").map_or(6, |n| n.parse().unwrap());
+    let (mut double, mut worst, mut broken) = (0, 0.0f64, Vec::new());
+    for seed in 0..scenes {
+        let mut r = Random(7000 + seed);
+        let height_m = 0.3 * (25.0f64 / 0.3).powf(r.next().abs());
+        let depth_m = 2.0 * r.next().powi(2);
+        let step_m = 0.02 * 5f64.powf(r.next().abs());
+        let slope = r.next().abs() * 20f64.to_radians().tan();
+        let slope = slope.min(0.1 * height_m / step_m);
+        let surface = uneven(step_m, slope, &mut r);
+        let loss_s_m = 0.001 * (seed % 4 / 3) as f64;
+        let layers = [Layer::below_all(soil(
+            2.0 + 14.0 * r.next().abs(),
+            loss_s_m,
+        ))];
+        let top_m = surface.span_m()[1];
+        let ground = Some(Ground::new(surface, &layers, 1.5e9).unwrap());
+        let apart_m = 0.3 * r.next() * (seed / 2 % 2) as f64;
+        let motion_m = 0.05 * height_m * r.next().abs();
+        let height_m = height_m.max(top_m + 0.1);
+        let scene = if seed % 3 == 2 {
+            Scene::new(height_m, depth_m, ground, apart_m.abs(), 300 + seed)
+        } else {
+            // A flight with the jitter of a multicopter.
+            let jitter_m = 0.002 * (seed % 3) as f64;
+            let place_m = |m: i32| {
+                let s = f64::from(m - 20);
+                [
+                    motion_m * s + jitter_m * r.next(),
+                    0.1 * motion_m * (0.3 * s).sin() + jitter_m * r.next(),
+                    height_m * (1.0 + 0.01 * (0.2 * s).cos()) + jitter_m * r.next(),
+                ]
+            };
+            let position_m = (0..40).map(place_m).collect();
+            Scene::seen_from(
+                position_m,
+                depth_m,
+                ground,
+                apart_m.abs(),
+                Random(300 + seed),
+            )
+        };
+        let mut r = Random(5000 + seed);
+        let pixel_m = 0.003 * 10f64.powf(r.next().abs());
+        let size = [37, 29];
+        let origin_m = [
+            -0.5 * pixel_m * size[0] as f64,
+            -0.5 * pixel_m * size[1] as f64,
+            -depth_m,
+        ];
+        let grid = PlaneGrid::new(origin_m, pixel_m, size).unwrap();
+        let accuracy = [1e-3, 1e-2, 1e-4][seed as usize % 5 % 3];
+        let spreading = [Spreading::InverseSquare, Spreading::None][usize::from(seed % 5 == 4)];
+        let options = PlanOptions::default()
+            .with_level(simd)
+            .with_accuracy(accuracy)
+            .with_spreading(spreading);
+        let (error, engine) = error(scene.pulses(), grid, &options);
+        if error > accuracy {
+            let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
+            broken.push(format!(
+                "{place}: {error:.2e} of {accuracy:e} by {engine:?}"
+            ));
+        }
+        if engine == Engine::Double {
+            double += 1;
+            worst = worst.max(error / accuracy);
+        }
+    }
+    println!("{simd:?}: {double} of {scenes} double, with errors up to {worst:.2} of the accuracy");
+    assert!(broken.is_empty(), "{simd:?}: {broken:#?}");
+    assert!(2 * double > scenes, "{double}");
+}
+
 at_every_level!(
     level_ground_keeps_the_accuracy,
+    uneven_ground_keeps_the_accuracy,
     antennas_apart_over_level_ground_keep_the_accuracy,
     rays_of_pixels_keep_the_accuracy
 );

@@ -68,9 +68,13 @@ pub(crate) fn image_by_pieces(
         .next_multiple_of(together)
         .max(together);
     let strips = total.div_ceil(rows).max(1);
-    let length = columns
-        .div_ceil(pieces.div_ceil(strips))
-        .next_multiple_of(BLOCK);
+    // Part of a row, or all columns of a strip of several rows.
+    let length = match rows {
+        1 => columns
+            .div_ceil(pieces.div_ceil(strips))
+            .next_multiple_of(BLOCK),
+        _ => columns,
+    };
     let fill = |[row, column]: [usize; 2], out: &mut [Complex32]| {
         if meter.is_cancelled() {
             return;
@@ -85,7 +89,6 @@ pub(crate) fn image_by_pieces(
         }
         meter.add((out.len() * pulses) as u64);
     };
-    // A strip of several rows is one piece.
     let strips = image.par_chunks_mut(rows * columns).enumerate();
     strips.for_each(|(k, strip)| {
         let pieces = strip.par_chunks_mut(rows * length).enumerate();
