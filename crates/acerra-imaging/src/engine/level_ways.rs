@@ -64,7 +64,7 @@ impl LevelWays {
         Some(Self {
             level,
             tables: (knots.par_iter())
-                .map(|knots| RayTable::of(knots, 1, &echoes.weights))
+                .map(|knots| RayTable::of(knots, 1, |point| of_way(point, &echoes.weights)))
                 .collect(),
             of_pulse: pairs.map(|pair| [pair[0], pair[1]]).collect(),
         })
@@ -138,13 +138,10 @@ impl<'a> Antennas<'a> {
 }
 
 impl RayTable {
-    /// Of every `step`-th knot.
-    pub fn of(knots: &Knots, step: usize, weights: &Weights) -> Self {
-        let values: Vec<[f64; 2]> = knots
-            .points()
-            .step_by(step)
-            .map(|point: LawPoint| [0.5 * point.optical_m, weights.of_law(&point).sqrt()])
-            .collect();
+    /// Two values of every `step`-th knot.
+    pub fn of(knots: &Knots, step: usize, values: impl Fn(&LawPoint) -> [f64; 2]) -> Self {
+        let points = knots.points().step_by(step);
+        let values: Vec<[f64; 2]> = points.map(|point| values(&point)).collect();
         let [nearest_m, per_m] = knots.scale();
         let per_m = per_m / step as f64;
         let middle = |four: &[[f64; 2]]| cubic([four[0], four[1], four[2], four[3]]);
@@ -165,6 +162,11 @@ impl RayTable {
             bins_per_m: self.bins_per_m,
         }
     }
+}
+
+/// Half the optical length, m, and the weight of one way.
+fn of_way(point: &LawPoint, weights: &Weights) -> [f64; 2] {
+    [0.5 * point.optical_m, weights.of_law(point).sqrt()]
 }
 
 /// The cubics through values at −3/2, −1/2, 1/2 and 3/2.

@@ -1,8 +1,8 @@
 //! Rays from antennas apart to a level plane below level ground, in the form that the direct kernel reads.
 
-use super::level_law::LevelLaw;
+use super::level_law::{LawPoint, LevelLaw};
 use super::level_ways::RayTable;
-use super::weights::WeightedPulses;
+use super::weights::{WeightedPulses, Weights};
 use crate::kernel::direct::job::HALF;
 use crate::kernel::direct::rays::{MOST_RECORDS, RECORD_PADDING, RayRecord, RayRow, RaysView};
 use crate::kernel::tabulated::Bin;
@@ -11,6 +11,9 @@ use std::collections::VecDeque;
 /// Height below which every second knot suffices, m: cubics then deviate by 2·10⁻⁷ of the height, and blocks of
 /// pixels span few records.
 const LOW_M: f64 = 1.5;
+
+/// Least weight of one way: products of two inverse weights are single-precision numbers.
+const LEAST_WEIGHT: f64 = 1e-15;
 
 /// Tabulated rays of all pulses.
 #[derive(Debug)]
@@ -37,7 +40,7 @@ impl RayRecords {
         for knots in &knots {
             let height_m = knots.height_m();
             let step = if height_m < LOW_M { 2 } else { 1 };
-            let table = RayTable::of(knots, step, &echoes.weights);
+            let table = RayTable::of(knots, step, |point| of_way(point, &echoes.weights));
             let stride = RayRow::stride_of(table.bins.len());
             rows.push(RayRow {
                 start: numbers.len() + RECORD_PADDING,
@@ -102,6 +105,12 @@ fn farthest_m<'a>(
         let height_m = law.heights_m(m).iter().copied().fold(0.0, f64::max);
         half_ways_m[m][1] + half_apart_m + 0.25 * height_m
     }
+}
+
+/// Half the optical length, m, and one over the weight of one way.
+fn of_way(point: &LawPoint, weights: &Weights) -> [f64; 2] {
+    let weight = weights.of_law(point).sqrt().max(LEAST_WEIGHT);
+    [0.5 * point.optical_m, 1.0 / weight]
 }
 
 /// Excess of the first record's optical length over its straight distance, m.

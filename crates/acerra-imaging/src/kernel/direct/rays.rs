@@ -6,8 +6,8 @@ use crate::kernel::lanes::{Lanes, MAX_LANES, ROUNDING};
 pub(crate) const TERMS: usize = 4;
 
 /// Numbers of a record: polynomials in the distance δ from the record's place, in records. The first is the excess of the
-/// optical length over the straight distance and over [`RayRow::beyond_m`], in range bins, the second the weight of
-/// one way. The last number is the greatest magnitude of the fourth coefficient of the excess within the reach of a
+/// optical length over the straight distance and over [`RayRow::beyond_m`], in range bins, the second one over
+/// the weight of one way, which follows a power of the distance that squares of pixels expand well. The last number is the greatest magnitude of the fourth coefficient of the excess within the reach of a
 /// square of pixels.
 pub(crate) type RayRecord = [f32; NUMBERS];
 
@@ -81,7 +81,7 @@ impl RayRow {
 #[derive(Clone, Copy)]
 pub(super) struct Rays<S: Lanes> {
     excess: [S::V; TERMS],
-    weight: [S::V; TERMS],
+    inverse: [S::V; TERMS],
     /// Greatest fourth coefficient of the excess within the reach of a square, bins.
     pub fourth: S::V,
     delta: S::V,
@@ -105,7 +105,7 @@ impl<S: Lanes> Rays<S> {
         assert!(row.start >= RECORD_PADDING && end < view.numbers.len());
         let number = view.numbers.as_ptr().wrapping_add(first);
         let zeros = [zero; TERMS];
-        let ([mut excess, mut weight], fourth) = ([zeros; 2], 2 * TERMS * stride);
+        let ([mut excess, mut inverse], fourth) = ([zeros; 2], 2 * TERMS * stride);
         let fourth = number.wrapping_add(fourth);
         let greatest;
         let window = s.splat((S::N - 1) as f32);
@@ -117,21 +117,21 @@ impl<S: Lanes> Rays<S> {
                 let at = number.sub(S::N);
                 for k in 0..TERMS {
                     excess[k] = picked(s, at.add(k * stride), i);
-                    weight[k] = picked(s, at.add((TERMS + k) * stride), i);
+                    inverse[k] = picked(s, at.add((TERMS + k) * stride), i);
                 }
                 greatest = picked(s, fourth.sub(S::N), i);
             } else {
                 let i = s.add(i, rounding);
                 for k in 0..TERMS {
                     excess[k] = s.gather(number.add(k * stride), i);
-                    weight[k] = s.gather(number.add((TERMS + k) * stride), i);
+                    inverse[k] = s.gather(number.add((TERMS + k) * stride), i);
                 }
                 greatest = s.gather(fourth, i);
             }
         }
         Self {
             excess,
-            weight,
+            inverse,
             fourth: greatest,
             delta,
         }
@@ -143,19 +143,20 @@ impl<S: Lanes> Rays<S> {
         value(s, &self.excess, self.delta)
     }
 
-    /// Weight of one way.
+    /// One over the weight of one way.
     #[inline(always)]
-    pub fn weight(&self, s: S) -> S::V {
-        value(s, &self.weight, self.delta)
+    pub fn inverse_weight(&self, s: S) -> S::V {
+        value(s, &self.inverse, self.delta)
     }
 
-    /// Coefficients of the powers 0 to 3 of a further distance in records: of the excess and of the weight of one way.
+    /// Coefficients of the powers 0 to 3 of a further distance in records: of the excess and of one over the weight of one
+    /// way.
     #[inline(always)]
     pub fn powers(&self, s: S) -> [[S::V; TERMS]; 2] {
         let triple = s.mul(self.delta, s.splat(3.0));
         [
             powers(s, &self.excess, [self.delta, triple]),
-            powers(s, &self.weight, [self.delta, triple]),
+            powers(s, &self.inverse, [self.delta, triple]),
         ]
     }
 }

@@ -313,11 +313,7 @@ impl<
                     let start = (*at.add((7 + 2 * side) * n)).to_bits() as i32;
                     let window = self.chunk_table.as_ptr().offset(start as isize);
                     let weight = match is_weighted {
-                        _ if RAYS => Some(self.ray_weight::<BENT>(
-                            side,
-                            #[inline(always)]
-                            |k| term(WEIGHT_ROW + k),
-                        )),
+                        _ if RAYS => Some(self.ray_weight::<BENT>(side, term)),
                         true => Some(term(SquareSetup::weight_row(RELIEF))),
                         false => None,
                     };
@@ -328,19 +324,21 @@ impl<
         }
     }
 
-    /// The weight of the pixels of a vector from its expansion about the group's middle.
+    /// The weight of the pixels of a vector from its expansion about the group's middle, or from that of its inverse.
     #[inline(always)]
     fn ray_weight<const BENT: bool>(&self, side: usize, term: impl Fn(usize) -> S::V) -> S::V {
         let (s, lanes) = (self.block.s, self.lanes);
         let (i, j) = (lanes.along[side], lanes.across[side]);
-        let middle = if BENT { 0 } else { FLAT_ROW + 2 - WEIGHT_ROW };
-        let weight = s.mul_add(i, term(1), s.mul_add(j, term(2), term(middle)));
+        let first = if BENT { WEIGHT_ROW } else { FLAT_ROW + 2 };
+        let linear = s.mul_add(j, term(first + 2), term(first));
+        let linear = s.mul_add(i, term(first + 1), linear);
         if !BENT {
-            return weight;
+            return linear;
         }
-        let weight = s.mul_add(lanes.along_square[side], term(3), weight);
-        let weight = s.mul_add(lanes.product[side], term(4), weight);
-        s.mul_add(lanes.across_square[side], term(5), weight)
+        let inverse = s.mul_add(lanes.along_square[side], term(WEIGHT_ROW + 3), linear);
+        let inverse = s.mul_add(lanes.product[side], term(WEIGHT_ROW + 4), inverse);
+        let inverse = s.mul_add(lanes.across_square[side], term(WEIGHT_ROW + 5), inverse);
+        s.reciprocal(inverse)
     }
 
     /// Adds the pulses that gather to the sums of group `k`.
@@ -384,7 +382,8 @@ impl<
                     let received = Rays::at(s, view, row(1), of_received);
                     difference = mean(s, difference, of_received);
                     excess = mean(s, sent.excess(s), received.excess(s));
-                    weight = Some(s.mul(sent.weight(s), received.weight(s)));
+                    let inverse = s.mul(sent.inverse_weight(s), received.inverse_weight(s));
+                    weight = Some(s.reciprocal(inverse));
                 } else if is_apart {
                     let [received, of_received] = self.exact(&origin.from[1], offset);
                     difference = mean(s, difference, of_received);

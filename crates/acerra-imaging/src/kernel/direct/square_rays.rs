@@ -3,7 +3,8 @@
 //! The optical length of a ray and its weight are functions P and w of the straight distance R. Their polynomials
 //! about the middle of a square follow from those of R, G + Q − GQ/R with a linear part G and a quadratic part Q:
 //! P′G + (P′Q + P″G²/2) + G((P″ − P′/R)Q + P‴G²/6). The mean of both antennas is that of the coefficients, the weight
-//! of a contribution the product of both polynomials up to second order.
+//! of a contribution one over the product of both polynomials up to second order: one over a weight is close to a power
+//! of the distance, whose terms of third order are small.
 
 use super::job::HALF;
 use super::rays::{RayRow, Rays, RaysView};
@@ -26,17 +27,19 @@ struct OneWay<S: Lanes> {
     way: Expansion<S>,
     /// Coefficients of i³, i²j, ij² and j³.
     cubes: [S::V; 4],
-    /// Weight at the middle, its changes along the row and across, and its terms of i², ij and j².
-    weight: [S::V; 6],
+    /// One over the weight at the middle, its changes along the row and across, and its terms of i², ij and j².
+    inverse: [S::V; 6],
+    /// Bound of its third order over the square.
+    inverse_third: S::V,
 }
 
 /// Half the way there and back, and the weight of a contribution.
 pub(super) struct TwoWays<S: Lanes> {
     pub half: Expansion<S>,
     cubes: [S::V; 4],
-    weight: [S::V; 6],
-    /// Sum of the magnitudes of the weight's quadratic terms.
-    weight_square: S::V,
+    /// One over the weight of a contribution, as that of one way.
+    inverse: [S::V; 6],
+    inverse_third: S::V,
 }
 
 /// a·x + b·y of quadratic forms x and y.
@@ -52,6 +55,18 @@ fn sums<S: Lanes>(s: S, [a, b]: [S::V; 2], x: &[S::V; 3], y: &[S::V; 3]) -> [S::
 #[inline(always)]
 fn absolute_sum<S: Lanes>(s: S, [a, b]: [S::V; 2]) -> S::V {
     s.add(s.abs(a), s.abs(b))
+}
+
+/// Sum of the magnitudes of a polynomial's linear terms.
+#[inline(always)]
+fn linear_sum<S: Lanes>(s: S, of: &[S::V; 6]) -> S::V {
+    absolute_sum(s, [of[1], of[2]])
+}
+
+/// Sum of the magnitudes of its quadratic terms.
+#[inline(always)]
+fn square_sum<S: Lanes>(s: S, of: &[S::V; 6]) -> S::V {
+    s.add(absolute_sum(s, [of[3], of[4]]), s.abs(of[5]))
 }
 
 /// The terms k and l of two polynomials multiplied crosswise.
@@ -101,29 +116,24 @@ impl<S: Lanes> OneWay<S> {
 
         let place = setup.places[antenna][m];
         let rays = Rays::at(s, view, (row, place), difference);
-        let [[excess, e1, f2, f3], [w0, w1, w2, _]] = rays.powers(s);
+        let [[excess, e1, f2, f3], [w0, w1, w2, w3]] = rays.powers(s);
         let f1 = s.add(e1, s.splat(row.record_bins));
         let [second_u, second_uv, second_v] = sums(s, [f1, f2], &q, &squares);
         // Largest linear and quadratic part of the straight distance over the square, in records.
         let linear = s.mul(s.splat(HALF), absolute_sum(s, [a, b]));
         let quadratic = s.add(absolute_sum(s, [q[0], q[1]]), s.abs(q[2]));
-        let nearest = s.max(s.sub(range, s.splat(groups.reach)), s.splat(1e-9));
-        let near = s.reciprocal(nearest);
-        let quadratic = s.mul(s.mul(quadratic, s.splat(HALF * HALF)), s.mul(range, near));
-        // G((2 f₂ − f₁/R) Q + f₃ G²)
-        let bent = s.mul(f1, s.mul(inverse, s.splat(row.record_m)));
-        let mixed = s.sub(s.add(f2, f2), bent);
-        // Of fourth order: P⁗G⁴/24 + Q(3 P‴G²/6 − (P″ − P′/R)(G²/R − Q/2)).
-        let turned = s.mul(
-            s.abs(mixed),
-            s.mul_add(
-                s.mul(linear, linear),
-                s.mul(near, s.splat(row.record_m)),
-                s.mul(quadratic, s.splat(0.5)),
-            ),
-        );
+        // The nearest place is up to the reach nearer than the middle; where that is half the way, all bounds are large.
+        let nearer = s.mul_add(inverse, s.splat(2.0 * groups.reach), one);
+        let quadratic = s.mul(quadratic, s.mul(nearer, s.splat(HALF * HALF)));
         let square = s.mul(linear, linear);
-        let bending = s.mul_add(s.mul(s.abs(f3), s.splat(3.0)), square, turned);
+        // G((2 f₂ − f₁/R) Q + f₃ G²)
+        let per_record = s.mul(inverse, s.splat(row.record_m));
+        let mixed = s.neg_mul_add(f1, per_record, s.add(f2, f2));
+        // Of fourth order: P⁗G⁴/24 + Q(3 P‴G²/6 − (P″ − P′/R)(G²/R − Q/2)).
+        let near = s.mul(per_record, nearer);
+        let turning = s.mul_add(square, near, s.mul(quadratic, s.splat(0.5)));
+        let bending = s.mul(s.abs(f3), s.mul(square, s.splat(3.0)));
+        let bending = s.mul_add(s.abs(mixed), turning, bending);
         let truncation_error = s.mul_add(
             quadratic,
             bending,
@@ -131,6 +141,12 @@ impl<S: Lanes> OneWay<S> {
         );
         let [caa, cab, cbb] = sums(s, [mixed, f3], &q, &squares);
         let [weight_u, weight_uv, weight_v] = sums(s, [w1, w2], &q, &squares);
+        // As G((2 f₂ − f₁/R) Q + f₃ G²).
+        let curving = s.neg_mul_add(w1, per_record, s.add(w2, w2));
+        let inverse_third = s.mul(
+            linear,
+            s.mul_add(s.abs(curving), quadratic, s.mul(s.abs(w3), square)),
+        );
         let zero = s.splat(0.0);
         Self {
             way: Expansion {
@@ -157,7 +173,8 @@ impl<S: Lanes> OneWay<S> {
                 s.mul_add(a, cbb, s.mul(b, cab)),
                 s.mul(b, cbb),
             ],
-            weight: [
+            inverse_third,
+            inverse: [
                 w0,
                 s.mul(w1, a),
                 s.mul(w1, b),
@@ -183,8 +200,8 @@ impl<S: Lanes> TwoWays<S> {
         let sent = OneWay::of(s, groups, setup, (view, rows[0], 0, m), bin_m);
         let received = OneWay::of(s, groups, setup, (view, rows[1], 1, m), bin_m);
         let one = s.splat(1.0);
-        let (a, b) = (&sent.weight, &received.weight);
-        let weight = [
+        let (a, b) = (&sent.inverse, &received.inverse);
+        let inverse = [
             s.mul(a[0], b[0]),
             crossed(s, (a, b), [0, 1]),
             crossed(s, (a, b), [0, 2]),
@@ -204,25 +221,29 @@ impl<S: Lanes> TwoWays<S> {
             absolute_sum(s, [cubes[2], cubes[3]]),
         );
         half.third = s.mul(third, s.splat(HALF * HALF * HALF));
+        let most = |of: &[S::V; 6]| [linear_sum(s, of), square_sum(s, of)];
+        let ([linear_a, square_a], [linear_b, square_b]) = (most(a), most(b));
+        let third = s.mul_add(linear_a, square_b, s.mul(linear_b, square_a));
+        let third = s.mul_add(
+            a[0],
+            received.inverse_third,
+            s.mul(third, s.splat(HALF.powi(3))),
+        );
         Self {
             half,
             cubes,
-            weight,
-            weight_square: s.add(absolute_sum(s, [weight[3], weight[4]]), s.abs(weight[5])),
+            inverse,
+            inverse_third: s.mul_add(b[0], sent.inverse_third, third),
         }
     }
 
-    /// Whether the weight's expansion errs by no more than a share `tolerance` of the weight. Of third order a power of
-    /// the distance has about the product of its linear and its quadratic part.
+    /// Whether the expansion of one over the weight errs by no more than a share `tolerance`.
     #[inline(always)]
     pub fn has_smooth_weight(&self, s: S, tolerance: f32) -> bool {
-        let third = s.mul(
-            absolute_sum(s, [self.weight[1], self.weight[2]]),
-            self.weight_square,
-        );
-        let w0 = self.weight[0];
-        let allowed = s.mul(s.mul(w0, w0), s.splat(tolerance / HALF.powi(3)));
-        s.all_le(third, allowed)
+        s.all_le(
+            self.inverse_third,
+            s.mul(self.inverse[0], s.splat(tolerance)),
+        )
     }
 
     /// Whether ways without their third order and weights without their second err by little more than the share [`FLAT`]
@@ -230,16 +251,35 @@ impl<S: Lanes> TwoWays<S> {
     #[inline(always)]
     pub fn is_flat(&self, s: S, tolerance_bins: f32, tolerance: f32) -> bool {
         let left = s.mul_add(self.half.third, s.splat(LEFT), self.half.truncation_error);
-        let allowed = s.mul(self.weight[0], s.splat(FLAT * tolerance));
-        s.all_le(left, s.splat(FLAT * tolerance_bins)) && s.all_le(self.weight_square, allowed)
+        // Of second order one over 1 + l + q has l² − q.
+        let [whole, i, j, ii, ij, jj] = self.inverse;
+        let square = s.add(
+            absolute_sum(
+                s,
+                [
+                    s.neg_mul_add(whole, ii, s.mul(i, i)),
+                    s.neg_mul_add(whole, jj, s.mul(j, j)),
+                ],
+            ),
+            s.abs(s.neg_mul_add(whole, ij, s.mul(s.add(i, i), j))),
+        );
+        let allowed = s.mul(s.mul(whole, whole), s.splat(FLAT * tolerance));
+        s.all_le(left, s.splat(FLAT * tolerance_bins)) && s.all_le(square, allowed)
     }
 
     /// Stores the coefficients of third order and the weights in the rows of a pulse.
     #[inline(always)]
     pub fn store(&self, s: S, rows: &mut [f32]) {
         assert!(rows.len() >= RAY_ROWS * S::N);
-        let (cubes, weight) = (&self.cubes, &self.weight);
+        let (cubes, inverse) = (&self.cubes, &self.inverse);
         let (mean, slope) = (s.splat(MEAN_SQUARE), s.splat(CUBE_SLOPE));
+        let weight = s.reciprocal(inverse[0]);
+        let [along, across, along_square, across_square] =
+            [inverse[1], inverse[2], inverse[3], inverse[5]].map(|v| s.mul(v, weight));
+        let bent = s.sub(
+            s.mul_add(along, along, s.mul(across, across)),
+            s.add(along_square, across_square),
+        );
         let flat = [
             s.mul_add(
                 cubes[2],
@@ -251,7 +291,9 @@ impl<S: Lanes> TwoWays<S> {
                 mean,
                 s.mul_add(cubes[3], slope, self.half.slope[1]),
             ),
-            s.mul_add(s.add(weight[3], weight[5]), mean, weight[0]),
+            s.mul(weight, s.mul_add(bent, mean, s.splat(1.0))),
+            s.sub(s.splat(0.0), s.mul(weight, along)),
+            s.sub(s.splat(0.0), s.mul(weight, across)),
         ];
         // SAFETY: `rows` holds RAY_ROWS rows of N numbers.
         unsafe {
@@ -259,7 +301,7 @@ impl<S: Lanes> TwoWays<S> {
             for (k, v) in cubes.iter().enumerate() {
                 s.store(at.add((CUBE_ROW + k) * S::N), *v);
             }
-            for (k, v) in weight.iter().enumerate() {
+            for (k, v) in inverse.iter().enumerate() {
                 s.store(at.add((WEIGHT_ROW + k) * S::N), *v);
             }
             for (k, v) in flat.iter().enumerate() {

@@ -11,12 +11,13 @@ use std::ops::Range;
 
 /// First row of the coefficients of third order.
 pub(super) const CUBE_ROW: usize = 10;
-/// First row of the weights.
+/// First row of one over the weight: its value at the middle, changes along the row and across, and terms of second order.
 pub(super) const WEIGHT_ROW: usize = 14;
-/// First of three rows for pulses without the last orders: the slopes along the row and across, and the weight.
+/// First of five rows for pulses without the last orders: the slopes along the row and across, and the weight at the middle
+/// with its changes along the row and across.
 pub(super) const FLAT_ROW: usize = 20;
 /// Rows of parameters of a pulse.
-pub(super) const RAY_ROWS: usize = 23;
+pub(super) const RAY_ROWS: usize = 25;
 
 /// Pulses of a chunk and the pixels of one block: groups side by side in a strip of [`SIDE`] rows.
 pub(super) struct SquareBlock<'a, S> {
