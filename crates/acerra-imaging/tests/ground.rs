@@ -202,11 +202,56 @@ fn rays_of_pixels_keep_the_accuracy(simd: SimdLevel) {
     }
 }
 
+/// Images of drawn scenes that one engine makes, and those that break their accuracy.
+#[derive(Default)]
+struct Drawn {
+    made: u64,
+    /// Largest error relative to the accuracy among the images of that engine.
+    worst: f64,
+    broken: Vec<String>,
+}
+
+impl Drawn {
+    /// Adds an image of a scene; `place` says which scene it is.
+    fn add(
+        &mut self,
+        (scene, grid): (&Scene, PlaneGrid),
+        options: &PlanOptions,
+        (counted, place): (Engine, String),
+    ) {
+        let (error, engine) = error(scene.pulses(), grid, options);
+        let accuracy = options.accuracy;
+        if error > accuracy {
+            (self.broken).push(format!(
+                "{place}: {error:.2e} of {accuracy:e} by {engine:?}"
+            ));
+        }
+        if engine == counted {
+            self.made += 1;
+            self.worst = self.worst.max(error / accuracy);
+        }
+    }
+
+    /// No image is broken, and most of `scenes` are by the engine that counts.
+    fn judge(&self, simd: SimdLevel, scenes: u64) {
+        let Self {
+            made,
+            worst,
+            broken,
+        } = self;
+        println!(
+            "{simd:?}: {made} of {scenes} counted, with errors up to {worst:.2} of the accuracy"
+        );
+        assert!(broken.is_empty(), "{simd:?}: {broken:#?}");
+        assert!(2 * made > scenes, "{made}");
+    }
+}
+
 /// Antennas apart over level ground: from the surface to 25 m high, to slices from 2 cm to 2 m deep, in air of one height or of
 /// separate ones. `DRAWN_SCENES=500 cargo test --test ground apart_over -- --nocapture` draws more scenes.
 fn antennas_apart_over_level_ground_keep_the_accuracy(simd: SimdLevel) {
     let scenes = std::env::var("DRAWN_SCENES").map_or(12, |n| n.parse().unwrap());
-    let (mut direct, mut worst, mut broken) = (0, 0.0f64, Vec::new());
+    let mut drawn = Drawn::default();
     for seed in 0..scenes {
         let mut r = Random(4000 + seed);
         let height_m = 0.01 * 2500f64.powf(r.next().abs());
@@ -241,21 +286,10 @@ fn antennas_apart_over_level_ground_keep_the_accuracy(simd: SimdLevel) {
             .with_level(simd)
             .with_accuracy(accuracy)
             .with_spreading(spreading);
-        let (error, engine) = error(scene.pulses(), grid, &options);
-        if error > accuracy {
-            let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
-            broken.push(format!(
-                "{place}: {error:.2e} of {accuracy:e} by {engine:?}"
-            ));
-        }
-        if engine == Engine::Direct {
-            direct += 1;
-            worst = worst.max(error / accuracy);
-        }
+        let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
+        drawn.add((&scene, grid), &options, (Engine::Direct, place));
     }
-    println!("{simd:?}: {direct} of {scenes} direct, with errors up to {worst:.2} of the accuracy");
-    assert!(broken.is_empty(), "{simd:?}: {broken:#?}");
-    assert!(2 * direct > scenes, "{direct}");
+    drawn.judge(simd, scenes);
 }
 
 /// Heights about 0 at the nodes of a raster of `step_m`: waves in all directions, from four nodes to forty long, with slopes
@@ -287,7 +321,7 @@ fn uneven(step_m: f64, slope: f64, r: &mut Random) -> Surface {
 /// `DRAWN_SCENES=500 cargo test --test ground uneven -- --nocapture` draws more scenes.
 fn uneven_ground_keeps_the_accuracy(simd: SimdLevel) {
     let scenes = std::env::var("DRAWN_SCENES").map_or(6, |n| n.parse().unwrap());
-    let (mut double, mut worst, mut broken) = (0, 0.0f64, Vec::new());
+    let mut drawn = Drawn::default();
     for seed in 0..scenes {
         let mut r = Random(7000 + seed);
         let height_m = 0.3 * (25.0f64 / 0.3).powf(r.next().abs());
@@ -343,21 +377,10 @@ fn uneven_ground_keeps_the_accuracy(simd: SimdLevel) {
             .with_level(simd)
             .with_accuracy(accuracy)
             .with_spreading(spreading);
-        let (error, engine) = error(scene.pulses(), grid, &options);
-        if error > accuracy {
-            let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
-            broken.push(format!(
-                "{place}: {error:.2e} of {accuracy:e} by {engine:?}"
-            ));
-        }
-        if engine == Engine::Double {
-            double += 1;
-            worst = worst.max(error / accuracy);
-        }
+        let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
+        drawn.add((&scene, grid), &options, (Engine::Double, place));
     }
-    println!("{simd:?}: {double} of {scenes} double, with errors up to {worst:.2} of the accuracy");
-    assert!(broken.is_empty(), "{simd:?}: {broken:#?}");
-    assert!(2 * double > scenes, "{double}");
+    drawn.judge(simd, scenes);
 }
 
 at_every_level!(

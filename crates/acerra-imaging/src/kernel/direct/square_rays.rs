@@ -122,15 +122,17 @@ impl<S: Lanes> OneWay<S> {
         // Largest linear and quadratic part of the straight distance over the square, in records.
         let linear = s.mul(s.splat(HALF), absolute_sum(s, [a, b]));
         let quadratic = s.add(absolute_sum(s, [q[0], q[1]]), s.abs(q[2]));
-        // The nearest place is up to the reach nearer than the middle; where that is half the way, all bounds are large.
-        let nearer = s.mul_add(inverse, s.splat(2.0 * groups.reach), one);
-        let quadratic = s.mul(quadratic, s.mul(nearer, s.splat(HALF * HALF)));
+        // No place of the square is nearer to the antenna than the range at the middle less the reach.
+        let nearest = s.max(s.sub(range, s.splat(groups.reach)), s.splat(1e-9));
+        let inverse_nearest = s.reciprocal(nearest);
+        let shortened = s.mul(range, inverse_nearest);
+        let quadratic = s.mul(quadratic, s.mul(shortened, s.splat(HALF * HALF)));
         let square = s.mul(linear, linear);
         // G((2 f₂ − f₁/R) Q + f₃ G²)
         let per_record = s.mul(inverse, s.splat(row.record_m));
         let mixed = s.neg_mul_add(f1, per_record, s.add(f2, f2));
         // Of fourth order: P⁗G⁴/24 + Q(3 P‴G²/6 − (P″ − P′/R)(G²/R − Q/2)).
-        let near = s.mul(per_record, nearer);
+        let near = s.mul(inverse_nearest, s.splat(row.record_m));
         let turning = s.mul_add(square, near, s.mul(quadratic, s.splat(0.5)));
         let bending = s.mul(s.abs(f3), s.mul(square, s.splat(3.0)));
         let bending = s.mul_add(s.abs(mixed), turning, bending);
