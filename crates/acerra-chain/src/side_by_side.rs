@@ -1,6 +1,6 @@
 //! Work on all tracks of a survey, side by side.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -9,8 +9,9 @@ use crate::journal::warnings::Warnings;
 
 /// The results of `work` for every track, in the tracks' order; several tracks are worked on at a time.
 ///
-/// Remarks are added in the tracks' order, up to those of the first track that fails. The progress of a single track is
-/// that of its own steps; of several, the tracks done are counted as a step called `name`.
+/// Remarks are added in the tracks' order, up to those of the first track that fails; tracks behind it are not begun once
+/// it has failed. The progress of a single track is that of its own steps; of several, the tracks done are counted as a
+/// step called `name`.
 ///
 /// # Errors
 /// That of the first track that fails.
@@ -27,17 +28,26 @@ pub(crate) fn each_track<T: Send, R: Send, E: Send>(
     }
     control.start(name, count as u64);
     let (done, silent) = (AtomicU64::new(0), control.silent());
-    let found: Vec<(Result<R, E>, Warnings)> = tracks
+    let first_failed = AtomicUsize::new(count);
+    let found: Vec<Option<(Result<R, E>, Warnings)>> = tracks
         .into_par_iter()
-        .map(|track| {
+        .enumerate()
+        .map(|(number, track)| {
+            if number > first_failed.load(Ordering::Relaxed) {
+                return None;
+            }
             let mut own = Warnings::default();
             let result = work(track, &mut own, &silent);
+            if result.is_err() {
+                first_failed.fetch_min(number, Ordering::Relaxed);
+            }
             control.at(1 + done.fetch_add(1, Ordering::Relaxed));
-            (result, own)
+            Some((result, own))
         })
         .collect();
     control.finish();
-    let each = found.into_iter().map(|(result, own)| {
+    // Only tracks behind a failure are missing.
+    let each = found.into_iter().flatten().map(|(result, own)| {
         warnings.extend(own);
         result
     });
