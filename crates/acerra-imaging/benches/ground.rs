@@ -45,9 +45,11 @@ fn main() {
     let spectrum: Vec<Complex64> = (0..PULSES * FREQUENCIES)
         .map(|_| Complex64::new(random(), random()))
         .collect();
-    // A meadow, waves with slopes beyond 30°, furrows, and heights without order at the nodes of a raster of 5 cm.
+    // A lawn, a meadow, waves with slopes beyond 30°, furrows, and heights without order at the nodes of a raster of 5 cm.
     let meadow =
         |x: f64, y: f64| 0.05 * (TAU * x / 1.5).sin() * (TAU * y / 2.0 + 1.0).cos() + 0.05 * x;
+    let lawn =
+        |x: f64, y: f64| 0.03 * (TAU * x / 3.0).sin() * (TAU * y / 2.5 + 1.0).cos() + 0.05 * x;
     let waves = |x: f64, y: f64| 0.1 * (TAU * x).sin() * (TAU * y + 1.0).cos();
     let furrows = |x: f64, y: f64| 0.03 * (TAU * (x + 0.3 * y) / 0.4).sin();
     let rough: Vec<f64> = (0..121 * 101).map(|_| 0.015 * random()).collect();
@@ -55,6 +57,7 @@ fn main() {
         ("air", None),
         ("level", Some(Surface::Level { z_m: 0.0 })),
         ("cart", Some(Surface::Level { z_m: 0.0 })),
+        ("lawn", Some(relief(lawn))),
         ("meadow", Some(relief(meadow))),
         ("waves", Some(relief(waves))),
         ("furrows", Some(relief(furrows))),

@@ -8,6 +8,7 @@ use crate::engine::ray_records::RayRecords;
 use crate::engine::refracted_table::refracted_table;
 use crate::engine::tables::build::RangeTable;
 use crate::engine::tables::spec::TableSpec;
+use crate::engine::uneven_rays::UnevenRays;
 use crate::engine::weights::{WeightedPulses, Weights};
 use crate::error::ImagingError;
 use crate::grid::image::{ImageGrid, Patch};
@@ -16,6 +17,7 @@ use crate::grid::surface::SurfaceGrid;
 use crate::grid::terrain::Terrain;
 use crate::grid::tilted::TiltedGrid;
 use crate::kernel::direct::band::band;
+use crate::kernel::direct::corners::UnevenGround;
 use crate::kernel::direct::job::{Band, Job, ReferenceContribution, SIDE, Shape, Tally};
 use crate::kernel::direct::square::square_band;
 use crate::kernel::dispatch::dispatch;
@@ -26,6 +28,7 @@ use crate::vector::norm;
 use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
@@ -47,6 +50,8 @@ pub(crate) struct DirectSpec {
     pub reference_below_m: f64,
     /// Whether bins may be read from windows; else they are gathered.
     pub windows: bool,
+    /// Whether rays to the pixels cross an uneven surface: tables then hold no weights.
+    pub is_below_relief: bool,
     /// Arrangement of pixels; uneven ground is always taken by squares.
     pub shape: Shape,
     /// Groups of pixels that share an expansion of the range in the forward operator.
@@ -57,6 +62,7 @@ impl DirectSpec {
     /// The arrangement of pixels on a plane, or on uneven ground, which is taken by squares.
     pub fn shape_on(&self, is_uneven: bool) -> Shape {
         match self.shape {
+            _ if self.is_below_relief => Shape::WideSquare,
             Shape::Row if is_uneven => Shape::Square,
             shape => shape,
         }
@@ -136,6 +142,9 @@ impl Direct {
                 rays = Some(RayRecords::new(echoes, law, ranges_m, spec.table.bin_m));
                 RangeTable::build(pulses, spec.table, ranges_m, &Weights::unit(), control)?
             }
+            None if spec.is_below_relief => {
+                RangeTable::build(pulses, spec.table, ranges_m, &Weights::unit(), control)?
+            }
             Some(law) => refracted_table(echoes, law, (spec.table, ranges_m), level, control)?,
             None => RangeTable::build(pulses, spec.table, ranges_m, &echoes.weights, control)?,
         };
@@ -178,7 +187,13 @@ impl Direct {
         meter: &Meter,
     ) -> Tally {
         let (grid, pulses) = (&patch.grid, which.len() as u64);
-        let job = self.job(echoes, which, norm(grid.u_m).max(1e-12), meter);
+        let wave_m = 2.0 * TAU * self.table.spec.bin_m / self.table.carrier_rad;
+        let ground = UnevenRays::new(echoes, self.spec.phase_tolerance_rad, wave_m)
+            .filter(|_| self.spec.is_below_relief);
+        let job = Job {
+            ground: ground.as_ref().map(|ground| ground as &dyn UnevenGround),
+            ..self.job(echoes, which, norm(grid.u_m).max(1e-12), meter)
+        };
         let tally = Mutex::new(Tally::default());
         let share = |(i, j): (usize, usize), columns: usize, out: &mut [Complex32]| {
             if meter.is_cancelled() {
@@ -226,6 +241,11 @@ impl Direct {
         tally.into_inner().unwrap_or_default()
     }
 
+    /// Whether pixels are seen along rays into the ground, and tables hold no weights.
+    fn has_rays(&self) -> bool {
+        self.rays.is_some() || self.spec.is_below_relief
+    }
+
     /// The arrangement of pixels: rays below level ground are expanded over squares.
     fn shape_on(&self, is_uneven: bool) -> Shape {
         match self.rays {
@@ -259,10 +279,11 @@ impl Direct {
                 Spreading::InverseSquare => self.spec.reference_below_m,
                 Spreading::None => 0.0,
             },
-            weight: match self.rays {
-                Some(_) => None,
-                None => echoes.pixel_weight(),
+            weight: match self.has_rays() {
+                true => None,
+                false => echoes.pixel_weight(),
             },
+            ground: None,
             rays: (self.rays.as_ref()).map(|rays| rays.view(self.spec.phase_tolerance_rad)),
             reference: echoes,
             control: meter.control(),
@@ -275,7 +296,7 @@ impl Direct {
             self.spec.fine_carrier,
             self.spec.cubic,
         );
-        if job.rays.is_some() {
+        if self.has_rays() {
             return dispatch!(self.level, s => match quality {
                 (1, false, _) => square_band::<_, 1, 3, true, true, false, true>(s, job, one, None, out),
                 (1, true, _) => square_band::<_, 1, 4, true, true, false, true>(s, job, one, None, out),

@@ -268,7 +268,8 @@ impl DoubleTables {
                         return;
                     };
                     tile.ways(pulses.clone(), |pulse, half_m, weight| {
-                        self.add(pulse, half_m, weight, &mut of_tile);
+                        let of_pulse = echoes.pulses.weight()[pulse];
+                        self.add(pulse, half_m, (weight, of_pulse), &mut of_tile);
                     });
                     for (sums, of_row) in sums.iter_mut().zip(of_tile.chunks(block.len())) {
                         for (sum, value) in sums[block.clone()].iter_mut().zip(of_row) {
@@ -316,12 +317,19 @@ impl DoubleTables {
                 Some(level_ways) => level_ways.ways(echoes, pulse, some),
                 None => Ways::along(echoes, pulse, some, self.tolerance),
             };
-            self.add(pulse, &ways.half_m, &ways.weight, sums);
+            self.add(pulse, &ways.half_m, (&ways.weight, 1.0), sums);
         }
     }
 
-    /// Adds the contribution of a pulse at half ways (m) with their weights, as many as there are sums at least.
-    fn add(&self, pulse: usize, half_m: &[f64], weight: &[f64], sums: &mut [Complex64]) {
+    /// Adds the contribution of a pulse at half ways (m) with their weights and a further weight of all, as many as there
+    /// are sums at least.
+    fn add(
+        &self,
+        pulse: usize,
+        half_m: &[f64],
+        (weight, of_all): (&[f64], f64),
+        sums: &mut [Complex64],
+    ) {
         let row = self.row(pulse);
         let ways = half_m.chunks(DELAYS).zip(weight.chunks(DELAYS));
         for ((half_m, weight), sums) in ways.zip(sums.chunks_mut(DELAYS)) {
@@ -329,7 +337,7 @@ impl DoubleTables {
             ranges_m[..half_m.len()].copy_from_slice(half_m);
             let profiles = profiles(self.level, &row, &ranges_m);
             for ((sum, profile), weight) in sums.iter_mut().zip(profiles).zip(weight) {
-                *sum += profile * weight;
+                *sum += profile * (weight * of_all);
             }
         }
     }

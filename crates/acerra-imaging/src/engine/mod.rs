@@ -17,5 +17,6 @@ pub(crate) mod refracted_table;
 pub(crate) mod relief_ways;
 pub(crate) mod tables;
 pub(crate) mod travel_time;
+pub(crate) mod uneven_rays;
 pub(crate) mod ways;
 pub(crate) mod weights;

@@ -59,7 +59,7 @@ impl<'t> ReliefTile<'t> {
     }
 
     /// Gives, for every pulse of a run, half the optical lengths (m) of the ways to all points, row by row, and their
-    /// weights.
+    /// weights without those of the pulses.
     pub fn ways(&self, pulses: Range<usize>, mut give: impl FnMut(usize, &[f64], &[f64])) {
         let mut ways = [(); 2].map(|()| vec![0.0; self.points_m.len()]);
         let mut give_at = |pulse: usize, crossings: &Crossings| {
@@ -195,7 +195,7 @@ impl<'t> ReliefTile<'t> {
         };
         let first = ray(0);
         let second = if crossings.len() > 1 { ray(1) } else { first };
-        self.echoes.half_way_along(pulse, &[first, second])
+        self.echoes.along_rays(pulse, &[first, second])
     }
 }
 
@@ -278,7 +278,8 @@ mod tests {
                         let off_m = half_m[k] - exact_m;
                         let within_m = tolerance_m.unwrap_or(1e-12);
                         assert!(off_m.abs() < within_m, "{off_m} at {pulse}, {point_m:?}");
-                        other_crossings += usize::from((weight[k] / exact - 1.0).abs() > 1e-3);
+                        other_crossings +=
+                            usize::from((0.5 * weight[k] / exact - 1.0).abs() > 1e-3);
                     }
                 });
                 assert_eq!(pulses, (0..40).collect::<Vec<_>>());

@@ -46,6 +46,15 @@ impl WayTolerance {
         }
     }
 
+    /// Whether a parabola through the weights at both ends of a span and in its middle follows the weights between, within
+    /// `times` the tolerance.
+    pub fn has_smooth_weight(&self, [from, middle, to]: [f64; 3], times: f64) -> bool {
+        let largest = times * from.abs().max(to.abs());
+        let chord = 0.5 * (from + to);
+        (chord - middle).abs() <= self.weight * largest
+            && (from - to).abs() <= self.weight_change * largest
+    }
+
     /// Allowed deviation of half the optical length in the middle of a span, m.
     pub fn half_m(&self) -> f64 {
         self.half_m

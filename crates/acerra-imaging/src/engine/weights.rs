@@ -450,11 +450,21 @@ impl WeightedPulses<'_> {
 
     /// Length and weight of [`WeightedPulses::half_way`] along the rays from transmitter and receiver.
     pub fn half_way_along(&self, pulse: usize, rays: &[Ray; 2]) -> [f64; 2] {
-        let way = self.way_of(pulse, rays);
+        let [half_m, weight] = self.along_rays(pulse, rays);
+        [half_m, self.pulses.weight()[pulse] * weight]
+    }
+
+    /// Those without the weight of the pulse.
+    pub fn along_rays(&self, pulse: usize, [down, back]: &[Ray; 2]) -> [f64; 2] {
+        let soil_m = std::array::from_fn(|k| 0.5 * (down.soil_m[k] + back.soil_m[k]));
         let transmitted = self.pulses.ground().map_or(1.0, |ground| {
-            transmitted(ground, &way.soil_m, self.pulses.light_speed_m_s())
+            transmitted(ground, &soil_m, self.pulses.light_speed_m_s())
         });
-        [way.half_m, way.factor * transmitted]
+        let weight = self.weights.along(pulse, &[*down, *back]);
+        [
+            0.5 * (down.optical_m + back.optical_m),
+            weight * transmitted,
+        ]
     }
 
     /// Eq. (3) at points in double precision; once cancelled, values have no meaning.

@@ -38,6 +38,7 @@ impl Arrangements<'_> {
             reference_below_m: table.folding_range_m(0.1 * accuracy),
             shape,
             windows: true,
+            is_below_relief: false,
             groups: None,
         }
     }

@@ -142,7 +142,12 @@ impl<'a> Budget<'a> {
         // A square has one weight for all of its pixels, and separate heights.
         let has_weights = self.pulses.boresight().is_some()
             || has_own_spreadings(self.pulses, on.grid, [4, 4], &on.sample, accuracy);
-        let is_refracted = LevelLaw::new(self.pulses, self.grid).is_some_and(|law| law.is_apart());
+        let is_below_relief = self.pulses.ground().is_some_and(|ground| {
+            let [_, highest_m] = ground.surface().span_m();
+            ground.level_m().is_none() && self.grid.plane().origin_m[2] < highest_m
+        });
+        let is_refracted = is_below_relief
+            || LevelLaw::new(self.pulses, self.grid).is_some_and(|law| law.is_apart());
         let shapes: &[Shape] = match (self.grid.is_uneven(), has_weights) {
             _ if is_refracted => &[Shape::WideSquare],
             (true, _) => &[Shape::Square, Shape::WideSquare],

@@ -26,7 +26,8 @@ use std::fmt;
 ///
 /// Making the plan builds the range tables and checks the accuracy on random pixels against the
 /// double-precision sum. Running the plan allocates no memory in the loops over pulses and pixels (the
-/// factorized engine allocates its coarse images once, at the start), and the image is bitwise equal for any
+/// factorized engine allocates its coarse images once, at the start; below uneven ground rays to tiles of pixels are kept as
+/// long as these are summed), and the image is bitwise equal for any
 /// number of threads.
 ///
 /// Pixels are on a plane of any tilt or on uneven ground. The factorized engine interpolates between

@@ -2,7 +2,7 @@
 
 use super::options::SelfCheck;
 use super::report::{DoubleChoice, OperatorKind, PathShares};
-use super::request::Request;
+use super::request::{Propagation, Request};
 use crate::engine::batches::Piece;
 use crate::engine::direct::DirectSpec;
 use crate::engine::factorized::spec::FactorizedSpec;
@@ -109,13 +109,11 @@ pub(crate) trait Operator {
 /// Accuracy below which roundings in single precision decide.
 const ROUNDINGS_BELOW: f64 = 2e-5;
 
-/// Share of the accuracy that plans aim at; a self-check may find the same share. Over uneven ground errors
+/// Share of the accuracy that plans aim at; a self-check may find the same share. Over and below uneven ground errors
 /// concentrate where the relief is steep, and a sample of pixels misses the largest errors.
 pub(super) fn margin(request: &Request) -> f64 {
-    match (
-        request.grid.is_uneven(),
-        request.options.accuracy < ROUNDINGS_BELOW,
-    ) {
+    let is_uneven = request.grid.is_uneven() || request.propagation() == Propagation::UnevenGround;
+    match (is_uneven, request.options.accuracy < ROUNDINGS_BELOW) {
         (false, _) => 1.0,
         (true, false) => 0.75,
         (true, true) => 0.6,

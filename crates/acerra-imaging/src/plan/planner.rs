@@ -12,6 +12,9 @@ use crate::error::ImagingError;
 use crate::kernel::level::SimdLevel;
 use acerra_control::Control;
 
+/// Share of a plan's error from which on that of a finer plan counts as no smaller.
+const STALLED: f64 = 0.8;
+
 /// Below this relative error single precision does not suffice and the reference itself is run.
 pub(super) const SINGLE_PRECISION_FLOOR: f64 = 4e-6;
 /// Plans of the direct engine that are tried.
@@ -101,7 +104,17 @@ impl<'r, 'a> Planner<'r, 'a> {
             return self.choose_double::<O>();
         }
         let propagation = self.request.propagation();
-        if propagation == Propagation::Any
+        if propagation == Propagation::UnevenGround
+            && O::LEVEL_GROUND
+            && accuracy >= SINGLE_PRECISION_FLOOR
+        {
+            self.decide(Decision::UnevenRays);
+            return match self.choose_direct::<O>()? {
+                Ok(direct) => Ok(Method::Direct(Box::new(direct))),
+                Err(_) => self.choose_double::<O>(),
+            };
+        }
+        if matches!(propagation, Propagation::Any | Propagation::UnevenGround)
             || (propagation == Propagation::LevelGround && !O::LEVEL_GROUND)
         {
             self.decide(Decision::RaysOfPixels);
@@ -237,9 +250,13 @@ impl<'r, 'a> Planner<'r, 'a> {
     fn choose_direct<O: Operator>(&mut self) -> Result<Result<O::Direct, f64>, ImagingError> {
         let options = self.request.options;
         let pulses = 0..self.request.echoes.len();
-        let ranges_m = self.request.ranges_m(pulses.clone(), |plane| *plane);
+        let is_below_relief = self.request.propagation() == Propagation::UnevenGround;
+        let ranges_m = match is_below_relief {
+            true => self.request.optical_ranges_m(),
+            false => self.request.ranges_m(pulses.clone(), |plane| *plane),
+        };
         let power = O::power(self.request);
-        let mut reached = f64::INFINITY;
+        let (mut reached, mut before) = (f64::INFINITY, f64::INFINITY);
         let mut accuracy = margin(self.request) * self.request.aim * options.accuracy;
         for _ in 0..DIRECT_ATTEMPTS {
             let (echoes, grid) = (&self.request.echoes.pulses, &self.request.grid);
@@ -248,7 +265,11 @@ impl<'r, 'a> Planner<'r, 'a> {
             if cost >= HOPELESS {
                 break;
             }
-            let (spec, cost) = O::direct_spec(self.request, accuracy, (spec, cost));
+            let (mut spec, cost) = O::direct_spec(self.request, accuracy, (spec, cost));
+            spec.is_below_relief = is_below_relief;
+            if is_below_relief && !spec.windows {
+                break;
+            }
             let carrier_rad_per_bin = spec.table.carrier_rad(echoes);
             let piece = Piece {
                 pulses: pulses.clone(),
@@ -283,6 +304,11 @@ impl<'r, 'a> Planner<'r, 'a> {
             if self.accepts::<O>(check) {
                 return Ok(Ok(engine));
             }
+            // Earlier rays that no crossing nearby leads to are missed by finer plans too.
+            if is_below_relief && check.error > STALLED * before {
+                break;
+            }
+            before = check.error;
             accuracy *= self.next_share::<O>(check);
         }
         Ok(Err(reached))

@@ -65,6 +65,8 @@ pub enum Decision {
     /// Level planes below level ground: refracted delays are a function of distance for each pulse and plane, and so
     /// part of the range tables.
     LevelGround,
+    /// A level plane below uneven ground: rays are traced to the corners of squares of pixels.
+    UnevenRays,
     /// Patterns of antennas apart, these over ground, uneven ground or pixels at different depths: every pixel has rays of its own,
     /// in double precision.
     RaysOfPixels,
@@ -234,6 +236,10 @@ impl fmt::Display for Decision {
             Self::LevelGround => write!(
                 f,
                 "below level ground: refracted delays are part of the range tables of the direct engine"
+            ),
+            Self::UnevenRays => write!(
+                f,
+                "below uneven ground: rays to the corners of squares of pixels are followed from pulse to pulse"
             ),
             Self::RaysOfPixels => write!(
                 f,

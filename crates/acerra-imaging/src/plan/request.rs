@@ -20,6 +20,8 @@ pub(crate) enum Propagation {
     /// Refraction into level ground, to level planes: for each pulse and plane the path is a function of the
     /// distance.
     LevelGround,
+    /// Refraction through an uneven surface, to a level plane.
+    UnevenGround,
     /// A separate ray for every pulse and pixel.
     Any,
 }
@@ -223,8 +225,11 @@ impl<'a> Request<'a> {
         };
         let slices: Vec<ImageGrid> = self.slices.iter().map(|s| (*s).into()).collect();
         let mut grids = std::iter::once(&self.grid).chain(&slices);
+        let is_uneven = pulses.ground().is_some_and(|g| g.level_m().is_none());
         if grids.clone().all(is_above) {
             Propagation::Straight
+        } else if is_uneven && grids.clone().all(ImageGrid::is_level) && self.echoes.is_even() {
+            Propagation::UnevenGround
         } else if grids.all(|grid| is_above(grid) || has_law(grid)) {
             Propagation::LevelGround
         } else {

@@ -1,6 +1,6 @@
 //! Rays through an uneven surface.
 
-use super::crossing::Stack;
+use super::fresnel::transmission_te;
 use super::ray::{MAX_LAYERS, Ray};
 use crate::checks::{check_finite, check_length, check_positive};
 use crate::error::ImagingError;
@@ -51,6 +51,8 @@ const MOST_STEPS: usize = 40;
 /// length, and the length, which is stationary there, to rounding.
 const LEAST_GAIN: f64 = 1e-13;
 const MOST_HALVINGS: usize = 30;
+/// Steps of Newton's method from a crossing nearby.
+const MOST_FOLLOWED: usize = 6;
 
 impl Relief {
     /// A surface of the heights `[rows, columns]` (rows along y), `step_m` apart from `origin_m` on.
@@ -84,6 +86,11 @@ impl Relief {
             height_m,
             span_m: [span[0] - beyond, span[1] + beyond],
         })
+    }
+
+    /// Distance of the nodes, m.
+    pub(crate) fn step_m(&self) -> f64 {
+        self.step_m
     }
 
     /// Bounds of the surface's heights, m.
@@ -132,28 +139,33 @@ impl Relief {
     /// The surface at `[x, y]`.
     #[must_use]
     pub fn at(&self, place_m: [f64; 2]) -> Facet {
-        let [(column, across), (row, along)] = [0, 1].map(|axis| {
-            let (node, fraction, is_beyond) = self.nodes(axis, place_m[axis]);
-            let mut weights = keys(fraction, 1.0 / self.step_m);
-            if is_beyond {
-                weights[1] = [0.0; 4];
-                weights[2] = [0.0; 4];
-            }
-            (node, weights)
-        });
+        let per_m = 1.0 / self.step_m;
+        let (column, across, is_beyond_x) = self.nodes(0, place_m[0]);
+        let (row, along, is_beyond_y) = self.nodes(1, place_m[1]);
+        let [x, mut x1, mut x2] = keys(across, per_m);
+        let [y, mut y1, mut y2] = keys(along, per_m);
+        if is_beyond_x {
+            (x1, x2) = ([0.0; 4], [0.0; 4]);
+        }
+        if is_beyond_y {
+            (y1, y2) = ([0.0; 4], [0.0; 4]);
+        }
         // Height of every row, and derivatives of the height along x.
         let patch = self.patch([column, row]);
-        let mut of_rows = [[0.0; 4]; 3];
-        for (order, weights) in across.iter().enumerate() {
-            for (sum, nodes) in of_rows[order].iter_mut().zip(&patch) {
-                *sum = product(weights, nodes);
-            }
+        let (mut rows, mut rows1, mut rows2) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+        for (k, nodes) in patch.iter().enumerate() {
+            rows[k] = product(&x, nodes);
+            rows1[k] = product(&x1, nodes);
+            rows2[k] = product(&x2, nodes);
         }
-        let sum = |dx: usize, dy: usize| product(&along[dy], &of_rows[dx]);
         Facet {
-            height_m: sum(0, 0),
-            slope: [sum(1, 0), sum(0, 1)],
-            curvature: [sum(2, 0), sum(1, 1), sum(0, 2)],
+            height_m: product(&y, &rows),
+            slope: [product(&y, &rows1), product(&y1, &rows)],
+            curvature: [
+                product(&y, &rows2),
+                product(&y1, &rows1),
+                product(&y2, &rows),
+            ],
         }
     }
 
@@ -164,8 +176,11 @@ impl Relief {
         let (row, along, _) = self.nodes(1, place_m[1]);
         let (across, along) = (weights(across), weights(along));
         let patch = self.patch([column, row]);
-        let of_rows = [0, 1, 2, 3].map(|k: usize| product(&across, &patch[k]));
-        product(&along, &of_rows)
+        let mut rows = [0.0; 4];
+        for (row, nodes) in rows.iter_mut().zip(&patch) {
+            *row = product(&across, nodes);
+        }
+        product(&along, &rows)
     }
 
     /// The earliest ray from an antenna above the surface to a point below it, in soil of refractive index `n`.
@@ -286,19 +301,22 @@ fn weights(t: f64) -> [f64; 4] {
 }
 
 /// Keys' weights of four nodes at a fraction of a cell, and their first and second derivatives.
+#[inline]
 fn keys(t: f64, per_m: f64) -> [[f64; 4]; 3] {
     let (s, square) = (t * t, per_m * per_m);
-    [
-        weights(t),
-        [
-            -1.5 * s + 2.0 * t - 0.5,
-            4.5 * s - 5.0 * t,
-            -4.5 * s + 4.0 * t + 0.5,
-            1.5 * s - t,
-        ]
-        .map(|w| w * per_m),
-        [-3.0 * t + 2.0, 9.0 * t - 5.0, -9.0 * t + 4.0, 3.0 * t - 1.0].map(|w| w * square),
-    ]
+    let first = [
+        (-1.5 * s + 2.0 * t - 0.5) * per_m,
+        (4.5 * s - 5.0 * t) * per_m,
+        (-4.5 * s + 4.0 * t + 0.5) * per_m,
+        (1.5 * s - t) * per_m,
+    ];
+    let second = [
+        (-3.0 * t + 2.0) * square,
+        (9.0 * t - 5.0) * square,
+        (-9.0 * t + 4.0) * square,
+        (3.0 * t - 1.0) * square,
+    ];
+    [weights(t), first, second]
 }
 
 /// A step of Newton's method.
@@ -308,6 +326,56 @@ struct Newton {
     /// Gain predicted for the step, m.
     gain_m: f64,
     is_convex: bool,
+}
+
+/// The optical length about a place of the surface.
+#[derive(Debug, Clone, Copy)]
+struct About {
+    facet: Facet,
+    /// Length from the antenna to the place, and from the place to the point, m.
+    lengths_m: [f64; 2],
+    /// From the place to the point, m.
+    on_m: [f64; 3],
+    /// First derivatives by the place along x and y, and second ones xx, xy and yy (1/m).
+    gradient: [f64; 2],
+    second: [f64; 3],
+}
+
+impl About {
+    fn step(&self) -> Newton {
+        let ([a, b], gradient, [xx, xy, yy]) = (self.lengths_m, self.gradient, self.second);
+        let determinant = xx * yy - xy * xy;
+        let is_convex = xx > 0.0 && determinant > 1e-12 * xx * yy;
+        let step_m = if is_convex {
+            [
+                -(yy * gradient[0] - xy * gradient[1]) / determinant,
+                -(xx * gradient[1] - xy * gradient[0]) / determinant,
+            ]
+        } else {
+            gradient.map(|g| -g * a.min(b))
+        };
+        Newton {
+            step_m,
+            gain_m: -0.5 * (gradient[0] * step_m[0] + gradient[1] * step_m[1]),
+            is_convex,
+        }
+    }
+}
+
+/// A ray through the surface, and the surface and the optical length about its crossing.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FollowedRay {
+    pub crossing_m: [f64; 3],
+    pub slope: [f64; 2],
+    /// Second derivatives xx, xy and yy of the height, 1/m.
+    pub curvature: [f64; 3],
+    /// Inverse of the second derivatives of the optical length by the place of the crossing: xx, xy and yy, m.
+    pub inverse: [f64; 3],
+    /// Whether the optical length is least at the crossing, so that the inverse is one.
+    pub is_minimum: bool,
+    pub optical_m: f64,
+    /// Of the optical length with respect to the point.
+    pub gradient: [f64; 3],
 }
 
 /// The search for a crossing point.
@@ -389,8 +457,8 @@ impl Search<'_> {
         (place, length)
     }
 
-    /// Newton's step towards a smaller optical length, steepest descent where the length is not convex.
-    fn newton_step(&self, place: [f64; 2]) -> Newton {
+    /// The optical length about a place of the surface up to second order.
+    fn about(&self, place: [f64; 2]) -> About {
         let facet = self.relief.at(place);
         let (down, on) = self.legs([place[0], place[1], facet.height_m]);
         let (a, b) = (norm(down).max(1e-12), norm(on).max(1e-12));
@@ -405,25 +473,62 @@ impl Search<'_> {
                 + slope[2] * bend
         };
         let [t, u] = tangents;
-        let [xx, xy, yy] = [
-            second(t, t, facet.curvature[0]),
-            second(t, u, facet.curvature[1]),
-            second(u, u, facet.curvature[2]),
-        ];
+        About {
+            facet,
+            lengths_m: [a, b],
+            on_m: on,
+            gradient,
+            second: [
+                second(t, t, facet.curvature[0]),
+                second(t, u, facet.curvature[1]),
+                second(u, u, facet.curvature[2]),
+            ],
+        }
+    }
+
+    /// Newton's step towards a smaller optical length, steepest descent where the length is not convex.
+    fn newton_step(&self, place: [f64; 2]) -> Newton {
+        self.about(place).step()
+    }
+
+    /// The crossing of the minimum about `start`, from which it must not be far, found so closely that the length deviates
+    /// by less than `tolerance_m`.
+    fn followed(&self, start: [f64; 2], tolerance_m: f64) -> ([f64; 2], About) {
+        let mut place = start;
+        for _ in 0..MOST_FOLLOWED {
+            let about = self.about(place);
+            let newton = about.step();
+            if !newton.is_convex {
+                break;
+            }
+            if newton.gain_m < tolerance_m {
+                return (place, about);
+            }
+            place = [place[0] + newton.step_m[0], place[1] + newton.step_m[1]];
+        }
+        let (place, _) = self.refine(start);
+        (place, self.about(place))
+    }
+
+    /// The ray through the minimum about `start`, and what it takes to follow it; see [`Search::followed`].
+    pub fn follow(&self, start: [f64; 2], tolerance_m: f64) -> FollowedRay {
+        let (place, about) = self.followed(start, tolerance_m);
+        let [xx, xy, yy] = about.second;
         let determinant = xx * yy - xy * xy;
-        let is_convex = xx > 0.0 && determinant > 1e-12 * xx * yy;
-        let step_m = if is_convex {
-            [
-                -(yy * gradient[0] - xy * gradient[1]) / determinant,
-                -(xx * gradient[1] - xy * gradient[0]) / determinant,
-            ]
-        } else {
-            gradient.map(|g| -g * a.min(b))
+        let is_minimum = xx > 0.0 && determinant > 1e-12 * xx * yy;
+        let inverse = match is_minimum {
+            true => [yy / determinant, -xy / determinant, xx / determinant],
+            false => [0.0; 3],
         };
-        Newton {
-            step_m,
-            gain_m: -0.5 * (gradient[0] * step_m[0] + gradient[1] * step_m[1]),
-            is_convex,
+        let [a, b] = about.lengths_m;
+        FollowedRay {
+            crossing_m: [place[0], place[1], about.facet.height_m],
+            slope: about.facet.slope,
+            curvature: about.facet.curvature,
+            inverse,
+            is_minimum,
+            optical_m: a + self.n * b,
+            gradient: about.on_m.map(|v| self.n * v / b),
         }
     }
 
@@ -450,32 +555,33 @@ impl Search<'_> {
     /// The ray through a place of the surface.
     pub fn ray(&self, place: [f64; 2]) -> Ray {
         let facet = self.relief.at(place);
-        let (down, on) = self.legs([place[0], place[1], facet.height_m]);
-        let [a, b] = [norm(down), norm(on)];
-        let [slope_x, slope_y] = facet.slope;
+        self.ray_through([place[0], place[1], facet.height_m], facet.slope)
+    }
+
+    /// The whole of a ray that was followed.
+    pub fn ray_of(&self, followed: &FollowedRay) -> Ray {
+        self.ray_through(followed.crossing_m, followed.slope)
+    }
+
+    /// The ray through a crossing, at which the surface has a slope along x and y.
+    fn ray_through(&self, crossing_m: [f64; 3], [slope_x, slope_y]: [f64; 2]) -> Ray {
+        let (down, on) = self.legs(crossing_m);
+        let [a, b] = [norm(down).max(1e-12), norm(on).max(1e-12)];
         let upright = (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt();
         let normal = [-slope_x / upright, -slope_y / upright, 1.0 / upright];
-        // Heights above and below the tangent plane, and the distance along it.
-        let [above, below] = [-dot(down, normal), -dot(on, normal)].map(|h| h.max(1e-9));
-        let air_m = (a * a - above * above).max(0.0).sqrt();
-        let along_soil_m = (b * b - below * below).max(0.0).sqrt();
-        let mut stack = Stack {
-            height_m: above,
-            depth_m: [0.0; MAX_LAYERS],
-            index: [1.0; MAX_LAYERS],
-            layers: 1,
-        };
-        (stack.depth_m[0], stack.index[0]) = (below, self.n);
+        let [air, soil] = [dot(down, normal) / -a, dot(on, normal) / -b].map(|c| c.max(1e-9));
+        // The tube of rays about one through a plane: its widths across and along the plane of incidence.
+        let across_m = a + b / self.n;
+        let along_m = a / (air * air) + b / (self.n * soil * soil);
+        let transmitted = transmission_te(air, self.n * soil);
         let mut soil_m = [0.0; MAX_LAYERS];
         soil_m[0] = b;
         Ray {
             optical_m: a + self.n * b,
             soil_m,
-            departure: down.map(|v| v / a.max(1e-12)),
-            gradient: on.map(|v| self.n * v / b.max(1e-12)),
-            amplitude: stack
-                .ray_of_slope(air_m / above, air_m + along_soil_m)
-                .amplitude,
+            departure: down.map(|v| v / a),
+            gradient: on.map(|v| self.n * v / b),
+            amplitude: transmitted / (air * (across_m * along_m).sqrt()),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Inputs and sizes of the direct kernel.
 
+use super::corners::UnevenGround;
 use super::rays::RaysView;
 use crate::kernel::cosine_power::CosinePower;
 use crate::kernel::profile::DELAYS;
@@ -39,6 +40,8 @@ pub(crate) struct Job<'a> {
     pub weight: Option<PixelWeight<'a>>,
     /// Rays into level ground for antennas apart: tables are then functions of half the optical way, without weights.
     pub rays: Option<RaysView<'a>>,
+    /// Uneven ground above the pixels: tables are then as for rays into level ground.
+    pub ground: Option<&'a dyn UnevenGround>,
     pub reference: &'a dyn ReferenceContribution,
     pub control: Control<'a>,
 }

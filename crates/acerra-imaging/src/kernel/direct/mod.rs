@@ -17,11 +17,14 @@
 //! of rows do. Uneven ground always uses squares: the polynomial follows the plane through a square's
 //! heights, and heights off the plane enter to third order.
 //!
-//! Below level ground, antennas apart also take squares: tabulated rays replace the ranges ([`square_rays`]).
+//! Below level ground, antennas apart also take squares: tabulated rays replace the ranges ([`square_rays`]). Below uneven
+//! ground rays to the corners of the squares do ([`tile_corners`]).
 
 pub(crate) mod band;
+pub(crate) mod corners;
 mod evaluator;
 mod expansion;
+mod followed;
 pub(crate) mod job;
 pub(crate) mod rays;
 pub(crate) mod square;
@@ -30,4 +33,5 @@ mod square_ground;
 mod square_paths;
 mod square_rays;
 mod square_setup;
+mod tile_corners;
 mod unwindowed;

@@ -12,6 +12,8 @@ use super::square_paths::{SquarePaths, expand};
 use super::square_setup::{
     CUBE_ROW, FLAT_ROW, Frame, Origin, Seen, SquareBlock, SquareSetup, WEIGHT_ROW,
 };
+use super::tile_corners::TileCorners;
+use super::unwindowed::whole_and_rest;
 use crate::grid::relief::Relief;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
@@ -27,7 +29,8 @@ const MOST_STRIPS: usize = square_rows(8) / SIDE;
 ///
 /// `DEGREE` is the degree of the table, `TERMS` the number of the cosine's coefficients (the sine has one
 /// fewer); `CUBIC` adds the third order of the range within a square, `WIDE` permits windows of two
-/// registers, `RELIEF` reads the heights of the pixels in `relief`, and `RAYS` follows the rays of `job.rays`.
+/// registers, `RELIEF` reads the heights of the pixels in `relief`, and `RAYS` follows the rays of `job.rays` or those below
+/// `job.ground`.
 #[inline(always)]
 pub(crate) fn square_band<
     S: Lanes,
@@ -46,7 +49,7 @@ pub(crate) fn square_band<
 ) -> Tally {
     assert!(band.rows <= square_rows(S::N) && out.len() == band.rows * band.columns);
     assert!(job.table.degree == DEGREE && relief.is_some() == RELIEF);
-    assert!(job.rays.is_some() == RAYS && !(RAYS && RELIEF));
+    assert!((job.rays.is_some() || job.ground.is_some()) == RAYS && !(RAYS && RELIEF));
     assert!(!matches!(job.weight, Some(PixelWeight::Tilt(_))));
     // Windows hold bins side by side.
     assert!(!(job.windows && job.table.interleaved));
@@ -60,6 +63,9 @@ pub(crate) fn square_band<
     let mut setup = SquareSetup::new(band);
     let lanes = Offsets::of(s);
     let mut tally = Tally::default();
+    let mut corners = (job.ground)
+        .filter(|_| RAYS)
+        .map(|ground| TileCorners::new(ground, S::N));
     let mut column = 0;
     while column < band.columns && !job.control.is_cancelled() {
         let kept = (band.columns - column).min(width);
@@ -73,9 +79,36 @@ pub(crate) fn square_band<
                 ground.fit(&from, setup.frame.pixel_m, [kept, rows], groups);
             }
         }
+        if let Some(corners) = &mut corners {
+            let first_m =
+                std::array::from_fn(|axis| band.origin_m[axis] + column as f64 * band.u_m[axis]);
+            let squares = [kept.div_ceil(SIDE), strips];
+            corners.turn_to(first_m, [band.u_m, band.v_m], squares);
+        }
         let mut first = job.pulses.start;
         while first < job.pulses.end {
-            let count = (job.pulses.end - first).min(CHUNK);
+            let mut count = (job.pulses.end - first).min(CHUNK);
+            if let Some(corners) = &mut corners {
+                if job.control.is_cancelled() {
+                    break;
+                }
+                let begins;
+                (count, begins) = corners.advance(s, job, first);
+                if begins {
+                    let squares = corners.squares(false);
+                    let evaluator = Evaluator::<S, DEGREE, TERMS>::of(s, job);
+                    let sums = (&mut real[..], &mut imag[..]);
+                    let pulses = corners.segment();
+                    let of = (&*corners, squares.as_slice(), pulses);
+                    tally.gather += sum_pixels(
+                        s,
+                        (job, &evaluator),
+                        of,
+                        |[i, j]| j * strip + i * GROUP,
+                        sums,
+                    );
+                }
+            }
             for (k, ground) in ground.iter().enumerate().take(strips) {
                 let block = SquareBlock {
                     s,
@@ -86,6 +119,7 @@ pub(crate) fn square_band<
                     groups: kept.div_ceil(SIDE),
                     pulses: first..first + count,
                     ground,
+                    corners: corners.as_ref(),
                 };
                 let at = k * strip..(k + 1) * strip;
                 let sums = (&mut real[at.clone()], &mut imag[at]);
@@ -152,10 +186,25 @@ fn sum_block<
             }
         }
     }
-    let count = |pulses: usize| (pulses * vectors * block.groups) as u64;
+    let groups = match block.corners {
+        Some(corners) => corners.polynomials(block.row / SIDE),
+        None => block.groups,
+    };
+    let count = |pulses: usize| (pulses * vectors * groups) as u64;
     tally.window += count(paths.narrow + paths.wide);
     tally.gather += count(paths.others.gathered().len());
     tally.reference += count(paths.others.reference().len());
+    if let Some(corners) = block.corners {
+        let mut squares = corners.squares(true);
+        squares.retain(|[_, j]| *j == block.row / SIDE);
+        for &m in paths.others.reference() {
+            let pulse = block.pulses.start + usize::from(m);
+            let of = (corners, squares.as_slice(), pulse..pulse + 1);
+            let sums = (&mut *real, &mut *imag);
+            sum_pixels(s, (job, &sum.evaluator), of, |[i, _]| i * GROUP, sums);
+        }
+        return;
+    }
     if !paths.others.reference().is_empty() {
         sum_reference::<S, RELIEF>(block, &setup.frame, &paths, real, imag);
     }
@@ -425,6 +474,61 @@ impl<
         let square = s.max(s.mul_add(range0, range0, square_difference), s.splat(1e-30));
         let range = s.sqrt(square);
         [range, s.div(square_difference, s.add(range, range0))]
+    }
+}
+
+/// Adds the contributions of pulses along rays to all pixels of squares below uneven ground to the sums of the squares,
+/// which begin `at` some number, and counts the vectors.
+fn sum_pixels<S: Lanes, const DEGREE: usize, const TERMS: usize>(
+    s: S,
+    (job, evaluator): (&Job, &Evaluator<S, DEGREE, TERMS>),
+    (corners, squares, pulses): (&TileCorners, &[[usize; 2]], Range<usize>),
+    at: impl Fn([usize; 2]) -> usize,
+    (real, imag): (&mut [f32], &mut [f32]),
+) -> u64 {
+    let table = &job.table;
+    let count = (pulses.len() * squares.len() * GROUP / S::N) as u64;
+    let of = (squares, pulses);
+    corners.sum_pixels(s, job, of, |square, pulse, half_m, weight| {
+        let at = at(squares[square]);
+        let sums = (&mut real[at..at + GROUP], &mut imag[at..at + GROUP]);
+        let row = &table.coefficients[pulse * table.pulse_stride..][..table.pulse_stride];
+        let bins = half_m.map(|half_m| half_m / table.bin_m - table.first_bin[pulse]);
+        let (whole, _) = whole_and_rest(bins[0]);
+        let whole = whole.clamp(0, table.stride as i32 - 1);
+        let t = bins.map(|bins| (bins - f64::from(whole)) as f32);
+        let limits = [-whole, table.stride as i32 - 1 - whole];
+        s.vectorize(
+            #[inline(always)]
+            |s| add_group((s, evaluator), (row, whole, limits), (&t, weight), sums),
+        );
+    });
+    count
+}
+
+/// Adds the contributions of a pulse at `t` bins beyond `whole` ones past the start of its row, kept within `limits` of
+/// these, to the sums of a group.
+#[inline(always)]
+fn add_group<S: Lanes, const DEGREE: usize, const TERMS: usize>(
+    (s, evaluator): (S, &Evaluator<S, DEGREE, TERMS>),
+    (row, whole, limits): (&[f32], i32, [i32; 2]),
+    (t, weight): (&[f32; GROUP], &[f32; GROUP]),
+    (real, imag): (&mut [f32], &mut [f32]),
+) {
+    assert!(real.len() >= GROUP && imag.len() >= GROUP);
+    let [lowest, highest] = limits.map(|x| s.splat(x as f32));
+    for at in (0..GROUP).step_by(S::N) {
+        // SAFETY: all arrays hold a group's numbers; the index counted from the start of the pulse's row is clamped into
+        // the row.
+        unsafe {
+            let (t, weight) = (s.load(t[at..].as_ptr()), s.load(weight[at..].as_ptr()));
+            let (re, im) = (real[at..].as_mut_ptr(), imag[at..].as_mut_ptr());
+            let mut sums = [s.load(re), s.load(im)];
+            let row = row.as_ptr();
+            evaluator.gathered(row, whole, t, (lowest, highest), Some(weight), &mut sums);
+            s.store(re, sums[0]);
+            s.store(im, sums[1]);
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Choice between windows, gathers and the double-precision sum for each pulse and block of squares.
 
-use super::job::{CHUNK, PixelWeight};
+use super::job::{CHUNK, PixelWeight, SIDE};
 use super::square_expansion::{Expansion, Groups};
 use super::square_rays::TwoWays;
 use super::square_setup::{RAY_ROWS, SquareBlock, SquareSetup};
@@ -77,22 +77,39 @@ fn expand_here<
         others: Unwindowed::default(),
     };
     for m in 0..block.pulses.len() {
-        if RAYS && let Some(rays) = &job.rays {
+        if RAYS && (job.rays.is_some() || block.corners.is_some()) {
             // Tables hold no weights and rays no near field: every place is read from tables.
-            let of_pulse = (rays, m, block.pulses.start + m);
-            let ways = TwoWays::of(s, &groups, setup, of_pulse, table.bin_m);
-            let (span, windows) = ways.half.windows::<CUBIC, RELIEF>(s);
+            let (ways, weight_tolerance) = match (&job.rays, block.corners) {
+                (Some(rays), _) => {
+                    let of_pulse = (rays, m, block.pulses.start + m);
+                    let ways = TwoWays::of(s, &groups, setup, of_pulse, table.bin_m);
+                    (ways, rays.weight_tolerance)
+                }
+                (None, Some(corners)) => {
+                    let in_bins = (setup.fraction[m], table.bin_m);
+                    let at = (block.row / SIDE, m);
+                    (corners.ways(s, at, in_bins), corners.weight_tolerance())
+                }
+                (None, None) => continue,
+            };
+            let (span, windows) = match block.corners {
+                Some(_) => ways.windows(s),
+                None => ways.half.windows::<CUBIC, RELIEF>(s),
+            };
             let negative = s.max(s.sub(zero, windows[0]), s.sub(zero, windows[1]));
             let whole = s.splat(setup.whole[m] as f32);
             let most = s.add(whole, s.max(windows[0], windows[1]));
             let fits = job.windows
                 && s.all_le(span, widest)
                 && s.all_le(ways.half.truncation_error, tolerance)
-                && ways.has_smooth_weight(s, rays.weight_tolerance)
+                && ways.has_smooth_weight(s, weight_tolerance)
                 && s.all_le(negative, whole)
                 && s.all_le(most, last_window);
             if !fits {
-                paths.others.gather(m);
+                match block.corners {
+                    Some(_) => paths.others.refer(m),
+                    None => paths.others.gather(m),
+                }
                 continue;
             }
             let slot = paths.slot(!WIDE || s.all_le(span, narrowest));
@@ -102,7 +119,7 @@ fn expand_here<
             ways.half.store::<RELIEF>(s, windows, start, rows);
             ways.store(s, rows);
             let tolerance_bins = job.tolerance_bins as f32;
-            paths.is_bent |= !ways.is_flat(s, tolerance_bins, rays.weight_tolerance);
+            paths.is_bent |= !ways.is_flat(s, tolerance_bins, weight_tolerance);
             continue;
         }
         let sent = Expansion::of::<CUBIC, RELIEF>(s, &groups, setup, (0, m), table.bin_m);

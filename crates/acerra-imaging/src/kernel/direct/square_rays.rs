@@ -17,7 +17,7 @@ use crate::kernel::two_ways::half_sum;
 const FLAT: f32 = 0.6;
 /// Mean of the square of a pixel's place in a square along an axis, and the slope of the line nearest to its cube.
 const MEAN_SQUARE: f32 = 1.25;
-const CUBE_SLOPE: f32 = 2.05;
+pub(super) const CUBE_SLOPE: f32 = 2.05;
 /// Root mean square of the third order that linear terms leave, at most, relative to the bound of the third order.
 const LEFT: f32 = 0.35;
 
@@ -55,6 +55,16 @@ fn sums<S: Lanes>(s: S, [a, b]: [S::V; 2], x: &[S::V; 3], y: &[S::V; 3]) -> [S::
 #[inline(always)]
 fn absolute_sum<S: Lanes>(s: S, [a, b]: [S::V; 2]) -> S::V {
     s.add(s.abs(a), s.abs(b))
+}
+
+/// Bound of the third order over a square.
+#[inline(always)]
+fn third_order<S: Lanes>(s: S, cubes: &[S::V; 4]) -> S::V {
+    let third = s.add(
+        absolute_sum(s, [cubes[0], cubes[1]]),
+        absolute_sum(s, [cubes[2], cubes[3]]),
+    );
+    s.mul(third, s.splat(HALF * HALF * HALF))
 }
 
 /// Sum of the magnitudes of a polynomial's linear terms.
@@ -189,6 +199,42 @@ impl<S: Lanes> OneWay<S> {
 }
 
 impl<S: Lanes> TwoWays<S> {
+    /// Ways with their coefficients of third order and one over the weight, which have no further terms.
+    #[inline(always)]
+    pub fn new(s: S, half: Expansion<S>, cubes: [S::V; 4], inverse: [S::V; 6]) -> Self {
+        Self {
+            half: Expansion {
+                third: third_order(s, &cubes),
+                ..half
+            },
+            cubes,
+            inverse,
+            inverse_third: s.splat(0.0),
+        }
+    }
+
+    /// Bins over which a vector's ways extend, and the first bin of each vector, however ways bend.
+    #[inline(always)]
+    pub fn windows(&self, s: S) -> (S::V, [S::V; 2]) {
+        let zero = s.splat(0.0);
+        let [ii, ij, jj] = [
+            self.half.along_square,
+            self.half.product,
+            self.half.across_square,
+        ];
+        let squares = s.add(absolute_sum(s, [ii, ij]), s.abs(jj));
+        // A reach holds three times the third order.
+        let third = s.mul_add(squares, s.splat(HALF * HALF / 3.0), self.half.third);
+        let bounded = Expansion {
+            along_square: zero,
+            product: zero,
+            across_square: zero,
+            third,
+            ..self.half
+        };
+        bounded.windows::<true, false>(s)
+    }
+
     /// Half of the ways of pulse `m` of a chunk, the pulse `pulse` of all.
     #[inline(always)]
     pub fn of(
@@ -218,11 +264,7 @@ impl<S: Lanes> TwoWays<S> {
             half_sum(s, one, sent.cubes[3], received.cubes[3]),
         ];
         let mut half = sent.way.half_sum(s, &received.way, one);
-        let third = s.add(
-            absolute_sum(s, [cubes[0], cubes[1]]),
-            absolute_sum(s, [cubes[2], cubes[3]]),
-        );
-        half.third = s.mul(third, s.splat(HALF * HALF * HALF));
+        half.third = third_order(s, &cubes);
         let most = |of: &[S::V; 6]| [linear_sum(s, of), square_sum(s, of)];
         let ([linear_a, square_a], [linear_b, square_b]) = (most(a), most(b));
         let third = s.mul_add(linear_a, square_b, s.mul(linear_b, square_a));

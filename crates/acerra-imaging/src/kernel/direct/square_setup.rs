@@ -3,6 +3,7 @@
 use super::job::{Band, CHUNK, HALF, Job, SIDE};
 use super::rays::Place;
 use super::square_ground::SquareGround;
+use super::tile_corners::TileCorners;
 use super::unwindowed::whole_and_rest;
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::{Lanes, MAX_LANES};
@@ -32,6 +33,8 @@ pub(super) struct SquareBlock<'a, S> {
     pub pulses: Range<usize>,
     /// Heights of the block's pixels; level ground for kernels without heights.
     pub ground: &'a SquareGround,
+    /// Rays to the corners of the groups, below uneven ground.
+    pub corners: Option<&'a TileCorners<'a>>,
 }
 
 /// Axes of a band.
@@ -187,6 +190,15 @@ impl SquareSetup {
     /// Computes the ranges from every antenna to the block's middle in double precision.
     #[inline(always)]
     pub fn measure<S: Lanes, const RAYS: bool>(&mut self, block: &SquareBlock<S>) {
+        if let (true, Some(corners)) = (RAYS, block.corners) {
+            let table = &block.job.table;
+            for m in 0..block.pulses.len() {
+                let first_bin = table.first_bin[block.pulses.start + m];
+                let bins = corners.base_m(m) / table.bin_m - first_bin;
+                (self.whole[m], self.fraction[m]) = whole_and_rest(bins);
+            }
+            return;
+        }
         let along = 0.5 * (SIDE * S::N - 1) as f64;
         let middle = block.point_m(along, f64::from(HALF), block.ground.middle_m);
         let ([x, y, z], job) = (middle, block.job);

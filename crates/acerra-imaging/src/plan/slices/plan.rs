@@ -53,7 +53,10 @@ impl<'a> SlicesPlan<'a> {
         let is_reference = plan.engine() == Engine::Reference;
         // Separate rays of every pixel are summed in double precision, whatever the accuracy.
         if plan.is_double_precision()
-            && plan.request.propagation() != Propagation::Any
+            && !matches!(
+                plan.request.propagation(),
+                Propagation::Any | Propagation::UnevenGround
+            )
             && !matches!(options.engine, Engine::Double | Engine::Reference)
             && options.accuracy >= SINGLE_PRECISION_FLOOR
         {
