@@ -280,11 +280,12 @@ impl<'a> TileCorners<'a> {
                 .zip(&end.rays.is_smooth)
                 .map(|(a, b)| *a && *b)
                 .collect();
-            for to in [&end, &start] {
-                for (k, is_sound) in is_sound.iter_mut().enumerate() {
-                    *is_sound &= is_met(ground, &followed, k, (&to.rays, k));
-                }
-                follow_to(s, [&end; 2], (job, first, common), &mut followed);
+            for (k, is_sound) in is_sound.iter_mut().enumerate() {
+                *is_sound &= is_met(ground, &followed, k, (&end.rays, k));
+            }
+            follow_to(s, [&end; 2], (job, first, common), &mut followed);
+            for (k, is_sound) in is_sound.iter_mut().enumerate() {
+                *is_sound &= is_met(ground, &followed, k, (&start.rays, k));
             }
             for pulse in pulses.clone() {
                 let share = (pulse - first) as f64 / (last - first).max(1) as f64;

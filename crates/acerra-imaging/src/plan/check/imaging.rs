@@ -13,7 +13,7 @@ use crate::grid::image::Patch;
 use crate::kernel::direct::job::{SIDE, Shape, Tally};
 use crate::plan::options::SelfCheck;
 use crate::plan::report::PathShares;
-use crate::plan::request::Request;
+use crate::plan::request::{Propagation, Request};
 use crate::sampling::Random;
 use acerra_control::Control;
 use num_complex::{Complex32, Complex64};
@@ -36,7 +36,10 @@ pub(in crate::plan) fn first_pixels(request: &Request) -> usize {
     let pulses = &request.echoes.pulses;
     let frequencies = pulses.frequency_hz().len().max(1);
     let most = request.options.check_pixels.max(1);
-    if request.options.accuracy < ROUNDING_BELOW {
+    // Below uneven ground errors are largest at few places, where rays change their crossing.
+    if request.options.accuracy < ROUNDING_BELOW
+        || request.propagation() == Propagation::UnevenGround
+    {
         return most_pixels(request);
     }
     let of_image = SHARE * request.pixels() as f64 / frequencies as f64;
