@@ -569,11 +569,14 @@ impl Search<'_> {
         let [a, b] = [norm(down).max(1e-12), norm(on).max(1e-12)];
         let upright = (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt();
         let normal = [-slope_x / upright, -slope_y / upright, 1.0 / upright];
-        let [air, soil] = [dot(down, normal) / -a, dot(on, normal) / -b].map(|c| c.max(1e-9));
+        // Cosine in air, depth below the tangent plane, and n cos θ below by Snell's law.
+        let air = (-dot(down, normal) / a).max(1e-9);
+        let depth_m = (-dot(on, normal)).max(1e-9);
+        let soil = (self.n * self.n - 1.0 + air * air).sqrt();
         // The tube of rays about one through a plane: its widths across and along the plane of incidence.
-        let across_m = a + b / self.n;
-        let along_m = a / (air * air) + b / (self.n * soil * soil);
-        let transmitted = transmission_te(air, self.n * soil);
+        let across_m = a + depth_m / soil;
+        let along_m = a / (air * air) + depth_m * (self.n / soil).powi(2) / soil;
+        let transmitted = transmission_te(air, soil);
         let mut soil_m = [0.0; MAX_LAYERS];
         soil_m[0] = b;
         Ray {

@@ -28,6 +28,7 @@ mod followed;
 pub(crate) mod job;
 pub(crate) mod rays;
 pub(crate) mod square;
+mod square_corners;
 mod square_expansion;
 mod square_ground;
 mod square_paths;

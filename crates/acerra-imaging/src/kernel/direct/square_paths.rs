@@ -1,6 +1,7 @@
 //! Choice between windows, gathers and the double-precision sum for each pulse and block of squares.
 
 use super::job::{CHUNK, PixelWeight, SIDE};
+use super::square_corners::ways as of_corners;
 use super::square_expansion::{Expansion, Groups};
 use super::square_rays::TwoWays;
 use super::square_setup::{RAY_ROWS, SquareBlock, SquareSetup};
@@ -88,7 +89,10 @@ fn expand_here<
                 (None, Some(corners)) => {
                     let in_bins = (setup.fraction[m], table.bin_m);
                     let at = (block.row / SIDE, m);
-                    (corners.ways(s, at, in_bins), corners.weight_tolerance())
+                    (
+                        of_corners(s, corners, at, in_bins),
+                        corners.weight_tolerance(),
+                    )
                 }
                 (None, None) => continue,
             };

@@ -1,9 +1,8 @@
-//! Half ways and weights over squares of pixels below uneven ground, from rays to the corners of the squares.
+//! Half ways and weights at the corners of squares of pixels below uneven ground, and at pixels of squares without a polynomial.
 //!
 //! Rays to the corners are traced at the first pulse of a segment and at the first one of the next segment. At the pulses
 //! between, the crossing of each ray follows from that at the nearer end by two steps of Newton's method, the surface
-//! about the crossing being a parabola. By Fermat's principle a ray tells the slope of the way too, and lengths and slopes
-//! at its corners determine a polynomial over a square (Hermite).
+//! about the crossing being a parabola.
 //!
 //! Rays that are followed from one end to the other are compared with those traced there. In squares whose rays deviate, or
 //! whose corners no polynomial joins, rays to every pixel are followed ([`TileCorners::sum_pixels`]), and pixels whose rays
@@ -12,8 +11,6 @@
 use super::corners::{Corners, MOST_CORNERS, TracedRays, UnevenGround, Within};
 use super::followed::{Common, End, Followed, follow, follow_to, is_met, laid_out};
 use super::job::{CHUNK, GROUP, Job, SIDE};
-use super::square_expansion::Expansion;
-use super::square_rays::{CUBE_SLOPE, TwoWays};
 use crate::kernel::aligned::Aligned;
 use crate::kernel::lanes::Lanes;
 use std::cell::RefCell;
@@ -23,16 +20,14 @@ use std::ops::Range;
 /// Corners along a row or across, at least, so that polynomials between them can be tested.
 const LEAST_CORNERS: usize = 3;
 
-/// Pixels from the middle of a square to its edge, and the square of this number.
-const EDGE: f32 = 0.5 * SIDE as f32;
-
-const EDGE_SQUARE: f32 = EDGE * EDGE;
+/// Pixels from the middle of a square to its edge.
+pub(super) const EDGE: f32 = 0.5 * SIDE as f32;
 
 /// Share of a window of two registers over which the linear part of a way may extend.
 const WINDOW_SHARE: f64 = 0.8;
 
 /// One over a weight, where it is left out of the sum.
-const NO_WEIGHT: f32 = 1e15;
+pub(super) const NO_WEIGHT: f32 = 1e15;
 
 /// The rays of a pulse to all pixels of some squares, where all are kept.
 fn kept_rays(
@@ -51,7 +46,7 @@ fn kept_rays(
 }
 
 /// Coefficients of i² and j² of one over the weight over squares.
-type Bends = Box<[Aligned<MOST_CORNERS>; 2]>;
+pub(super) type Bends = Box<[Aligned<MOST_CORNERS>; 2]>;
 
 /// The corners of a tile's squares, and the rays of a segment of pulses to them.
 pub(super) struct TileCorners<'a> {
@@ -346,157 +341,34 @@ impl<'a> TileCorners<'a> {
         self.followed[m].base_m
     }
 
-    /// Half ways of pulse `m` of the chunk over the squares of a strip, and their weights; `fraction` is that of
-    /// [`Self::base_m`] in bins.
+    /// Half ways and weights of pulse `m` of the chunk at the corners.
     #[inline(always)]
-    pub fn ways<S: Lanes>(
-        &self,
-        s: S,
-        (strip, m): (usize, usize),
-        (fraction, bin_m): (f32, f64),
-    ) -> TwoWays<S> {
-        let from = strip * self.stride;
-        assert!(from + S::N <= MOST_CORNERS);
-        let (followed, corner) = (&self.followed[m], [from, self.stride]);
-        let w = Symmetric::at(s, &followed.beyond_m, corner);
-        let u = Symmetric::at(s, &followed.change_m[0], corner);
-        let v = Symmetric::at(s, &followed.change_m[1], corner);
-        let bins = s.splat((1.0 / bin_m) as f32);
-        // SAFETY: squares of a strip are N numbers within the array, as those of corners are.
-        let has = unsafe { s.load(self.has_polynomial.0.as_ptr().add(from)) };
-        let kept = s.mul(bins, has);
-        // With values and slopes at (±h, ±h), h = 2 pixels.
-        let times = |a: S::V, by: f32| s.mul(a, s.splat(by));
-        let (c21, c12) = (times(u.both, 0.125), times(v.both, 0.125));
-        let (c20, c02) = (times(u.along, 0.25), times(v.across, 0.25));
-        let (half_along, half_across) = (times(w.along, 0.5), times(w.across, 0.5));
-        let c30 = times(s.sub(u.mean, half_along), 0.125);
-        let c03 = times(s.sub(v.mean, half_across), 0.125);
-        let edge = s.splat(EDGE_SQUARE);
-        let c10 = s.neg_mul_add(edge, s.add(c30, c12), half_along);
-        let c01 = s.neg_mul_add(edge, s.add(c03, c21), half_across);
-        let c00 = s.neg_mul_add(edge, s.add(c20, c02), w.mean);
-        // Of i³j and ij³ the squares keep the nearest multiple of ij.
-        let twisted = times(s.sub(s.add(u.across, v.along), w.both), 1.0 / 16.0);
-        let c11 = s.neg_mul_add(edge, twisted, times(w.both, 0.25));
-        let c11 = s.mul_add(twisted, s.splat(CUBE_SLOPE), c11);
-        let zero = s.splat(0.0);
-        let half = Expansion {
-            range_m: zero,
-            t: s.mul_add(c00, bins, s.splat(fraction)),
-            slope: [s.mul(c10, kept), s.mul(c01, kept)],
-            along_square: s.mul(c20, kept),
-            product: s.mul(c11, kept),
-            across_square: s.mul(c02, kept),
-            inverse_bins: zero,
-            truncation_error: zero,
-            third: zero,
-            uneven: zero,
-            rise: zero,
-            slope_change: [zero; 2],
-            half_curvature: zero,
-        };
-        let cubes = [
-            s.mul(c30, kept),
-            s.mul(c21, kept),
-            s.mul(c12, kept),
-            s.mul(c03, kept),
-        ];
-        TwoWays::new(s, half, cubes, self.inverse(s, has, from, m))
+    pub fn followed(&self, m: usize) -> &Followed {
+        &self.followed[m]
     }
 
-    /// One over the weights of the squares from `from` on of pulse `m` of the chunk.
+    /// First place of a strip in arrays, and places from a row of corners to the next.
     #[inline(always)]
-    fn inverse<S: Lanes>(&self, s: S, has: S::V, from: usize, m: usize) -> [S::V; 6] {
+    pub fn row(&self, strip: usize) -> [usize; 2] {
+        [strip * self.stride, self.stride]
+    }
+
+    /// 1 for squares that have polynomials, 0 for others, laid out as corners.
+    #[inline(always)]
+    pub fn has_polynomial(&self) -> &Aligned<MOST_CORNERS> {
+        &self.has_polynomial
+    }
+
+    /// Bends of one over the weight over squares at both ends of the segment, and the share of the way from the first to
+    /// the second at pulse `m` of the chunk.
+    #[inline(always)]
+    pub fn bends(&self, m: usize) -> (&[Bends; 2], f32) {
         let Some([before, after]) = &self.ends else {
-            return [s.splat(NO_WEIGHT); 6];
+            return (&self.bends, 0.0);
         };
         let [first, last] = [before, after].map(|end| end.rays.pulse);
         let share = (self.first + m - first) as f32 / (last - first).max(1) as f32;
-        let least = s.splat(1.0 / NO_WEIGHT);
-        let at = Symmetric::of(
-            s,
-            &self.followed[m].weight,
-            [from, self.stride],
-            #[inline(always)]
-            |weight| s.reciprocal(s.max(weight, least)),
-        );
-        assert!(from + S::N <= MOST_CORNERS);
-        let bend = |axis: usize| {
-            let [before, after] = &self.bends;
-            // SAFETY: checked above.
-            let (a, b) = unsafe {
-                (
-                    s.load(before[axis].0.as_ptr().add(from)),
-                    s.load(after[axis].0.as_ptr().add(from)),
-                )
-            };
-            s.mul_add(s.splat(share), s.sub(b, a), a)
-        };
-        let [along, across] = [bend(0), bend(1)];
-        let none = s.neg_mul_add(has, s.splat(NO_WEIGHT), s.splat(NO_WEIGHT));
-        let middle = s.neg_mul_add(s.splat(EDGE_SQUARE), s.add(along, across), at.mean);
-        let kept = |of: S::V, by: f32| s.mul(of, s.mul(has, s.splat(by)));
-        [
-            s.add(kept(middle, 1.0), none),
-            kept(at.along, 1.0 / EDGE),
-            kept(at.across, 1.0 / EDGE),
-            kept(along, 1.0),
-            kept(at.both, 1.0 / EDGE_SQUARE),
-            kept(across, 1.0),
-        ]
-    }
-}
-
-/// Sums of the values at the corners of squares, of even and odd sign along the row and across, divided by four.
-struct Symmetric<S: Lanes> {
-    mean: S::V,
-    along: S::V,
-    across: S::V,
-    both: S::V,
-}
-
-impl<S: Lanes> Symmetric<S> {
-    /// Of the squares whose first corners are at `from` and those after it.
-    #[inline(always)]
-    fn at(s: S, of: &Aligned<MOST_CORNERS>, corner: [usize; 2]) -> Self {
-        Self::of(
-            s,
-            of,
-            corner,
-            #[inline(always)]
-            |v| v,
-        )
-    }
-
-    /// Of functions of the values.
-    #[inline(always)]
-    fn of(
-        s: S,
-        of: &Aligned<MOST_CORNERS>,
-        [from, stride]: [usize; 2],
-        value: impl Fn(S::V) -> S::V,
-    ) -> Self {
-        assert!(from + stride + 1 + S::N <= MOST_CORNERS);
-        // SAFETY: checked above.
-        let [a, b, c, d] = unsafe {
-            let at = of.0.as_ptr().add(from);
-            [
-                s.load(at),
-                s.load(at.add(1)),
-                s.load(at.add(stride)),
-                s.load(at.add(stride + 1)),
-            ]
-        };
-        let [a, b, c, d] = [value(a), value(b), value(c), value(d)];
-        let quarter = s.splat(0.25);
-        let ([ab, cd], [ba, dc]) = ([s.add(a, b), s.add(c, d)], [s.sub(b, a), s.sub(d, c)]);
-        Self {
-            mean: s.mul(quarter, s.add(ab, cd)),
-            along: s.mul(quarter, s.add(ba, dc)),
-            across: s.mul(quarter, s.sub(cd, ab)),
-            both: s.mul(quarter, s.sub(dc, ba)),
-        }
+        (&self.bends, share)
     }
 }
 
