@@ -6,6 +6,7 @@
 mod common;
 use common::{C, Random};
 
+use acerra_imaging::plan::Decision;
 use acerra_imaging::refraction::{Ground, Layer, Relief, Soil, Surface};
 use acerra_imaging::{
     Complex32, Complex64, Control, Engine, Forward, ImagingError, ImagingPlan, IncidenceWeight,
@@ -202,11 +203,11 @@ fn rays_of_pixels_keep_the_accuracy(simd: SimdLevel) {
     }
 }
 
-/// Images of drawn scenes that one engine makes, and those that break their accuracy.
+/// Images of drawn scenes by the engines that count, and those that break their accuracy.
 #[derive(Default)]
 struct Drawn {
     made: u64,
-    /// Largest error relative to the accuracy among the images of that engine.
+    /// Largest error relative to the accuracy among the images by these engines.
     worst: f64,
     broken: Vec<String>,
 }
@@ -217,7 +218,7 @@ impl Drawn {
         &mut self,
         (scene, grid): (&Scene, PlaneGrid),
         options: &PlanOptions,
-        (counted, place): (Engine, String),
+        (counted, place): (&[Engine], String),
     ) {
         let (error, engine) = error(scene.pulses(), grid, options);
         let accuracy = options.accuracy;
@@ -226,13 +227,13 @@ impl Drawn {
                 "{place}: {error:.2e} of {accuracy:e} by {engine:?}"
             ));
         }
-        if engine == counted {
+        if counted.contains(&engine) {
             self.made += 1;
             self.worst = self.worst.max(error / accuracy);
         }
     }
 
-    /// No image is broken, and half of `scenes` or more are by the engine that counts.
+    /// No image is broken, and most of `scenes` are by engines that count.
     fn judge(&self, simd: SimdLevel, scenes: u64) {
         let Self {
             made,
@@ -243,7 +244,7 @@ impl Drawn {
             "{simd:?}: {made} of {scenes} counted, with errors up to {worst:.2} of the accuracy"
         );
         assert!(broken.is_empty(), "{simd:?}: {broken:#?}");
-        assert!(2 * made >= scenes, "{made}");
+        assert!(2 * made > scenes, "{made}");
     }
 }
 
@@ -287,7 +288,7 @@ fn antennas_apart_over_level_ground_keep_the_accuracy(simd: SimdLevel) {
             .with_accuracy(accuracy)
             .with_spreading(spreading);
         let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
-        drawn.add((&scene, grid), &options, (Engine::Direct, place));
+        drawn.add((&scene, grid), &options, (&[Engine::Direct], place));
     }
     drawn.judge(simd, scenes);
 }
@@ -378,14 +379,49 @@ fn uneven_ground_keeps_the_accuracy(simd: SimdLevel) {
             .with_accuracy(accuracy)
             .with_spreading(spreading);
         let place = format!("{seed}: {height_m:.3} m high, {depth_m:.3} m deep");
-        drawn.add((&scene, grid), &options, (Engine::Direct, place));
+        drawn.add(
+            (&scene, grid),
+            &options,
+            (&[Engine::Direct, Engine::Double], place),
+        );
     }
     drawn.judge(simd, scenes);
+}
+
+/// Below gentle ground most pixels are summed over squares, with antennas together and apart.
+fn gentle_ground_is_summed_over_squares(simd: SimdLevel) {
+    let height_m = |k: usize| {
+        let (x, y) = ((k % 121) as f64 * 0.05 - 3.0, (k / 121) as f64 * 0.05 - 3.0);
+        0.03 * (2.1 * x).sin() * (2.5 * y + 1.0).cos() + 0.05 * x
+    };
+    for apart_m in [0.0, 0.15] {
+        let heights_m = (0..121 * 121).map(height_m).collect();
+        let surface = Surface::Relief(Relief::new([-3.0; 2], 0.05, 121, heights_m).unwrap());
+        let ground = Ground::new(surface, &[Layer::below_all(soil(6.0, 0.0))], 1.5e9).unwrap();
+        let place_m = |m: i32| {
+            let s = 0.02 * f64::from(m - 40);
+            [s, 0.05 * (3.0 * s).sin(), 1.0 + 0.02 * (5.0 * s).cos()]
+        };
+        let position_m = (0..80).map(place_m).collect();
+        let scene = Scene::seen_from(position_m, 0.3, Some(ground), apart_m, Random(77));
+        let grid = PlaneGrid::new([-0.4, -0.3, -0.3], 0.01, [80, 61]).unwrap();
+        let options = PlanOptions::default().with_level(simd);
+        let plan = ImagingPlan::new(scene.pulses(), grid, &options).unwrap();
+        let paths = plan.report().decisions.iter().rev().find_map(|d| match d {
+            Decision::Direct(choice) => choice.paths,
+            _ => None,
+        });
+        assert_eq!(plan.engine(), Engine::Direct, "{simd:?} {plan}");
+        assert!(paths.unwrap().windowed > 0.8, "{simd:?} {plan}");
+        let (error, _) = error(scene.pulses(), grid, &options);
+        assert!(error <= 1e-3, "{simd:?}: {error:.2e}");
+    }
 }
 
 at_every_level!(
     level_ground_keeps_the_accuracy,
     uneven_ground_keeps_the_accuracy,
+    gentle_ground_is_summed_over_squares,
     antennas_apart_over_level_ground_keep_the_accuracy,
     rays_of_pixels_keep_the_accuracy
 );

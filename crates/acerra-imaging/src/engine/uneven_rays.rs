@@ -11,6 +11,7 @@ use crate::kernel::direct::job::SIDE;
 use crate::pulses::Spreading;
 use crate::refraction::relief::{FollowedRay, Relief, Search};
 use crate::refraction::{Ground, Ray, Surface};
+use crate::sampling::Random;
 use crate::vector::range_m;
 
 /// Corners from one that is searched to the next, at the first pulse.
@@ -26,8 +27,8 @@ const FOUND_SHARE: f64 = 0.01;
 /// Distance of a crossing from where the ray to a corner lets it be expected, as a share of the corners' distance, from
 /// which on the crossing about that place is tried too.
 const OTHER_SHARE: f64 = 0.5;
-/// Allowed deviations of ways and weights over two squares, as multiples of those over a span of points of which the halves
-/// are used: over one square, the root mean square of the deviations stays below that share.
+/// Allowed deviations of the cubic and of the weight in the middle of two squares, as multiples of the tolerances of
+/// [`WayTolerance`]: polynomials are used over one square, where the root mean square of their deviations is smaller.
 const OVER_SQUARES: f64 = 4.0;
 const WEIGHT_OVER_SQUARES: f64 = 2.0;
 /// Times that rays nearby are tried.
@@ -312,8 +313,8 @@ impl UnevenGround for UnevenRays<'_> {
             rays.rays[antenna] = match near {
                 None => self.first(corners, antennas_m[antenna]),
                 Some(near) => {
-                    // A stride that shares no factor with the number of corners visits all of them.
-                    let searched = pulse * 67 % corners.count();
+                    // Drawn at random, so that segments of equal length visit all corners.
+                    let searched = Random(pulse as u64).below(corners.count());
                     self.next(corners, antennas_m[antenna], (&near[antenna], searched))
                 }
             };

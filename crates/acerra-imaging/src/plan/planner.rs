@@ -111,7 +111,10 @@ impl<'r, 'a> Planner<'r, 'a> {
             self.decide(Decision::UnevenRays);
             return match self.choose_direct::<O>()? {
                 Ok(direct) => Ok(Method::Direct(Box::new(direct))),
-                Err(_) => self.choose_double::<O>(),
+                Err(_) => {
+                    self.decide(Decision::RaysOfPixels);
+                    self.choose_double::<O>()
+                }
             };
         }
         if matches!(propagation, Propagation::Any | Propagation::UnevenGround)
